@@ -19,9 +19,12 @@ from spiral_core.rod._algebra import (
     Array,
     copy_nodes,
     largest_turn,
+    put_vector,
     quaternion_at,
     quaternion_product,
     resample,
+    scale,
+    seen_turn,
     to_base,
     turn_nodes,
 )
@@ -107,7 +110,7 @@ def turn_about_base_axis(q: Array, system: System) -> float:
     for i in range(n):
         h, rest = system.steps[i], section_at(system.elements, i).rest
         a, b = quaternion_at(q, i), quaternion_at(q, i + 1)
-        _, y, z, _ = quaternion_product((-a[0], -a[1], -a[2], a[3]), b)
+        _, y, z, _ = seen_turn(a, b)
         t = to_base(b, TANGENT)
         cosine -= 2.0 * (rest[1] * y + rest[2] * z)
         sine -= 2.0 * (rest[2] * y - rest[1] * z)
@@ -121,9 +124,7 @@ def turn_about_base_axis(q: Array, system: System) -> float:
     s, c = math.sin(0.5 * angle), math.cos(0.5 * angle)
     for i in range(n + 1):
         p = quaternion_product((s, 0.0, 0.0, c), quaternion_at(q, i))
-        r = quaternion_product(p, (-s, 0.0, 0.0, c))
-        for k in range(4):
-            q[i, k] = r[k]
+        put_vector(q[i], 0, quaternion_product(p, (-s, 0.0, 0.0, c)))
     return angle
 
 
@@ -137,10 +138,7 @@ def disturb(q: Array, system: System, size: float) -> None:
     n = q.shape[0] - 1
     step = np.empty((n, 3))
     for i in range(n):
-        reach = (i + 1) / n
-        step[i, 0] = 0.3 * reach
-        step[i, 1] = 0.8 * reach
-        step[i, 2] = reach
+        put_vector(step[i], 0, scale((i + 1) / n, (0.3, 0.8, 1.0)))
     turn_nodes(q, step, size, q)
     if scales_of(system).across < NEARLY_AXIAL:
         turn_about_base_axis(q, system)
@@ -259,13 +257,12 @@ def follow_loading(system: System, tolerance: float) -> tuple[Array, int, Soluti
     Returns the orientations, the number of folds and the solution.
     """
     spent = 0
-    q = np.zeros((system.steps.shape[0] + 1, 4))
+    q = np.empty((len(system.steps) + 1, 4))
     folds, found = 0, Solution(UNSTABLE, 0, 0.0, 0.0, 0.0, 0.0, 0)
     for attempt in range(2):
         start = without_rest_strain(system, 1.0 - attempt)
-        for i in range(q.shape[0]):
-            q[i, 0] = q[i, 1] = q[i, 2] = 0.0
-            q[i, 3] = 1.0
+        for i in range(len(q)):
+            put_vector(q[i], 0, (0.0, 0.0, 0.0, 1.0))
         at, found = first_state(q, start, system, tolerance)
         spent += found.iterations
         if found.outcome == CONVERGED:
@@ -323,7 +320,7 @@ def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRo
 
 
 @compiled
-def evaluated_at_rest(q: Array, coarse: System, fine: System, is_start: bool) -> SolvedRod:
+def solve_system(q: Array, coarse: System, fine: System, is_start: bool) -> SolvedRod:
     """Return the state that q comes to rest in, or the one at the end of the loading path."""
     if is_start:
         folds, found = solve_from(q, fine, DEFAULT_TOLERANCE)
@@ -333,18 +330,12 @@ def evaluated_at_rest(q: Array, coarse: System, fine: System, is_start: bool) ->
 
 
 @compiled
-def solve_system(q: Array, coarse: System, fine: System, is_start: bool) -> SolvedRod:
-    """Return the state of a rod, its orientations in q: see :func:`solve_uniform`."""
-    return evaluated_at_rest(q, coarse, fine, is_start)
-
-
-@compiled
 def solve_uniform(q: Array, rod: UniformRod, few: int) -> SolvedRod:
     """Return the state of a uniform rod on N elements, its orientations in q (N + 1, 4).
 
     With ``few`` elements to begin with, it is the one at the end of the loading path; with none,
     the one that q comes to rest in.
     """
-    fine = uniform_system(q.shape[0] - 1, rod)
+    fine = uniform_system(len(q) - 1, rod)
     coarse = uniform_system(few, rod) if few > 0 else fine
-    return evaluated_at_rest(q, coarse, fine, few == 0)
+    return solve_system(q, coarse, fine, few == 0)

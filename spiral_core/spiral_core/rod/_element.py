@@ -32,15 +32,18 @@ from spiral_core.rod._algebra import (
     matmul,
     matmul_skew,
     matscale,
+    matsubtract,
     matvec,
     matvec_t,
     outer,
-    quaternion_product,
     scale,
+    seen_turn,
     skew,
     skew_matmul,
+    subtract,
     transpose,
     vector_at,
+    with_transpose,
 )
 
 
@@ -125,8 +128,7 @@ def compliance_of(k: Stiffness) -> Stiffness:
 @inlined
 def moment_of(u: Vec, k: Stiffness, rest: Vec) -> Vec:
     """Return K u - c."""
-    m = times(k, u)
-    return (m[0] - rest[0], m[1] - rest[1], m[2] - rest[2])
+    return subtract(times(k, u), rest)
 
 
 @inlined
@@ -147,8 +149,8 @@ def strain_factor(sine_squared: float) -> tuple[float, float, float]:
 @inlined
 def element_frame(q0: Quat, q1: Quat, h: float) -> tuple[Vec, float, Vec]:
     """Return x = Im(conj(q0) q1), w = Re(conj(q0) q1) and the element's strain u [1/m]."""
-    x0, x1, x2, w = quaternion_product((-q0[0], -q0[1], -q0[2], q0[3]), q1)
-    x = (x0, x1, x2)
+    a, b, c, w = seen_turn(q0, q1)
+    x = (a, b, c)
     factor, _, _ = strain_factor(dot(x, x))
     return x, w, scale(2.0 * factor / h, x)
 
@@ -186,47 +188,30 @@ def strain_derivatives(
     p = Stiffness(third * soft.twist, third * soft.y, third * soft.z, third * soft.both)
     y = times(p, g)
     j = (
-        slope.twist + kc * u[1],
-        m[2] - ky * u[2],
-        slope.both + kz * u[1] - m[1],
-        kt * u[2] - kc * u[0] - m[2],
-        slope.y,
-        m[0] + kc * u[2] - kz * u[0],
-        slope.both + m[1] - kt * u[1],
-        ky * u[0] - m[0],
-        slope.z - kc * u[1],
+        (slope.twist + kc * u[1], m[2] - ky * u[2], slope.both + kz * u[1] - m[1]),
+        (kt * u[2] - kc * u[0] - m[2], slope.y, m[0] + kc * u[2] - kz * u[0]),
+        (slope.both + m[1] - kt * u[1], ky * u[0] - m[0], slope.z - kc * u[1]),
     )
-    jc = (
-        p.twist * j[0] + p.both * j[6],
-        p.y * j[3],
-        p.z * j[6] + p.both * j[0],
-        p.twist * j[1] + p.both * j[7],
-        p.y * j[4],
-        p.z * j[7] + p.both * j[1],
-        p.twist * j[2] + p.both * j[8],
-        p.y * j[5],
-        p.z * j[8] + p.both * j[2],
-    )
+    j_t = transpose(j)
+    jc = (times(p, j_t[0]), times(p, j_t[1]), times(p, j_t[2]))
     pull = (0.0, square * (a0[2] - a1[2]), square * (a1[1] - a0[1]))
-    w_u = add(add(scale(h, m), pull), scale(-1.0, matvec_t(j, y)))
+    w_u = subtract(add(scale(h, m), pull), matvec(j_t, y))
     # h K - J^T P J and what the curvature of G adds, [y] K - K [y].
     tilt = h * kc - (kt - kz) * y[1]
     twist = (kt - ky) * y[2] - kc * y[0]
     bend = (ky - kz) * y[0] + kc * y[2]
     lean = 2.0 * kc * y[1]
-    w_uu = matadd(
-        matscale(-1.0, matmul(jc, j)),
-        (h * kt + lean, twist, tilt, twist, h * ky, bend, tilt, bend, h * kz - lean),
-    )
+    curved = ((h * kt + lean, twist, tilt), (twist, h * ky, bend), (tilt, bend, h * kz - lean))
+    w_uu = matsubtract(curved, matmul(jc, j))
     return w_u, w_uu, jc, y
 
 
 @inlined
 def turned_load(n: Mat, a: Vec) -> Mat:
     """Return N (a t^T - (t.a) I): a node's rotation turns its load, N takes that to the strain."""
-    m = matscale(-a[0], n)
-    na = matvec(n, a)
-    return (m[0] + na[0], m[1], m[2], m[3] + na[1], m[4], m[5], m[6] + na[2], m[7], m[8])
+    (x, b, c), (y, d, e), (z, f, g) = matscale(-a[0], n)
+    turned = matvec(n, a)
+    return ((x + turned[0], b, c), (y + turned[1], d, e), (z + turned[2], f, g))
 
 
 @inlined
@@ -235,31 +220,24 @@ def pushed_back(m: Mat, x: Vec, w: float, cf: float, bend: float, sign: float) -
 
     U is du/deta of node 1 (``sign`` = 1) or node 0 (-1).
     """
-    flat = matscale(0.5 * cf, matadd(matscale(sign * w, m), matscale(-1.0, skew_matmul(x, m))))
+    flat = matscale(0.5 * cf, matsubtract(matscale(sign * w, m), skew_matmul(x, m)))
     return matadd(flat, outer(scale(sign * bend, x), matvec_t(m, x)))
 
 
 @inlined
 def rotated_load_hessian(p: Vec, a: Vec) -> Mat:
     """Return the Hessian of eta -> p . a(eta), a(eta) = exp(-eta) a, at eta = 0."""
-    m = outer(p, a)
     d = dot(p, a)
-    return matadd(matscale(0.5, matadd(m, transpose(m))), diagonal(-d, -d, -d))
+    return matsubtract(matscale(0.5, with_transpose(outer(p, a))), diagonal(d, d, d))
 
 
 @inlined
 def load_pair(y: float, z: float, a: Vec, b: Vec) -> Mat:
     """Return -(T [a])^T diag(0, y, z) (T [b]), T = [t]: two nodes' loads on the energy released."""
     return (
-        -y * a[1] * b[1] - z * a[2] * b[2],
-        y * a[1] * b[0],
-        z * a[2] * b[0],
-        y * a[0] * b[1],
-        -y * a[0] * b[0],
-        0.0,
-        z * a[0] * b[2],
-        0.0,
-        -z * a[0] * b[0],
+        (-y * a[1] * b[1] - z * a[2] * b[2], y * a[1] * b[0], z * a[2] * b[0]),
+        (y * a[0] * b[1], -y * a[0] * b[0], 0.0),
+        (z * a[0] * b[2], 0.0, -z * a[0] * b[0]),
     )
 
 
@@ -276,11 +254,8 @@ def frame_derivatives(x: Vec, w_u: Vec, w_uu: Mat, h: float) -> tuple[Vec, Mat, 
     z = add(
         scale(s, add(scale(cf, v), w_u)), scale(0.5 * s * s * dot(x, v) + 2.0 * c * f2 * along, x)
     )
-    xz = outer(x, z)
-    h_x = matadd(
-        matadd(matscale(cf * cf, w_uu), diagonal(s * along, s * along, s * along)),
-        matadd(xz, transpose(xz)),
-    )
+    flat = matadd(matscale(cf * cf, w_uu), diagonal(s * along, s * along, s * along))
+    h_x = matadd(flat, with_transpose(outer(x, z)))
     return g_x, h_x, cf, s
 
 
@@ -292,19 +267,18 @@ def rotation_derivatives(x: Vec, w: float, g_x: Vec, h_x: Mat) -> tuple[Vec, Vec
     """
     h_skew = matmul_skew(h_x, x)
     p1 = matscale(0.5, matadd(matscale(w, h_x), h_skew))
-    p0 = matscale(0.5, matadd(matscale(w, h_x), matscale(-1.0, h_skew)))
+    p0 = matscale(0.5, matsubtract(matscale(w, h_x), h_skew))
     skew_p1 = skew_matmul(x, p1)
     # Second derivatives of x itself.
     bow = -0.25 * dot(g_x, x)
     bowed = diagonal(bow, bow, bow)
-    gx_x = outer(g_x, x)
-    twist = matscale(0.25, matadd(matscale(w, skew(g_x)), matadd(gx_x, transpose(gx_x))))
+    twist = matscale(0.25, matadd(matscale(w, skew(g_x)), with_transpose(outer(g_x, x))))
     h00 = matadd(matscale(0.5, matadd(matscale(w, p0), skew_matmul(x, p0))), bowed)
-    h11 = matadd(matscale(0.5, matadd(matscale(w, p1), matscale(-1.0, skew_p1))), bowed)
+    h11 = matadd(matscale(0.5, matsubtract(matscale(w, p1), skew_p1)), bowed)
     h01 = matadd(matadd(matscale(-0.5, matadd(matscale(w, p1), skew_p1)), bowed), twist)
     turned = cross(x, g_x)
     g0 = scale(-0.5, add(scale(w, g_x), turned))
-    g1 = scale(0.5, add(scale(w, g_x), scale(-1.0, turned)))
+    g1 = scale(0.5, subtract(scale(w, g_x), turned))
     return g0, g1, h00, h01, h11
 
 
@@ -316,10 +290,10 @@ def load_derivatives(
     square = h * h / 12.0
     mean = (0.0, -0.5 * y[2], 0.5 * y[1])
     lean = (0.0, square * u[2], -square * u[1])
-    half = matscale(-0.5, jc)
-    load0 = turned_load(matadd(half, diagonal(-square, -square, -square)), a0)
-    load1 = turned_load(matadd(half, diagonal(square, square, square)), a1)
-    return add(mean, scale(-1.0, lean)), add(mean, lean), load0, load1
+    half, across = matscale(-0.5, jc), diagonal(square, square, square)
+    load0 = turned_load(matsubtract(half, across), a0)
+    load1 = turned_load(matadd(half, across), a1)
+    return subtract(mean, lean), add(mean, lean), load0, load1
 
 
 @inlined
@@ -334,23 +308,13 @@ def element_derivatives(
     soft, quarter = compliance_of(section.stiffness), 0.25 * h * h * h / 12.0
     ky, kz = quarter * soft.y, quarter * soft.z
     bend = 0.5 * s * w
-    pull0 = pushed_back(load0, x, w, cf, bend, -1.0)
-    pull1 = pushed_back(load1, x, w, cf, bend, 1.0)
+    both0 = with_transpose(pushed_back(load0, x, w, cf, bend, -1.0))
+    both1 = with_transpose(pushed_back(load1, x, w, cf, bend, 1.0))
     cross01 = pushed_back(load1, x, w, cf, bend, -1.0)
-    cross10 = pushed_back(load0, x, w, cf, bend, 1.0)
-    h00 = matadd(
-        x00,
-        matadd(
-            matadd(rotated_load_hessian(q0, a0), load_pair(ky, kz, a0, a0)),
-            matadd(pull0, transpose(pull0)),
-        ),
-    )
-    h11 = matadd(
-        x11,
-        matadd(
-            matadd(rotated_load_hessian(q1, a1), load_pair(ky, kz, a1, a1)),
-            matadd(pull1, transpose(pull1)),
-        ),
-    )
-    h01 = matadd(x01, matadd(load_pair(ky, kz, a0, a1), matadd(cross01, transpose(cross10))))
+    cross10 = transpose(pushed_back(load0, x, w, cf, bend, 1.0))
+    turned0 = matadd(rotated_load_hessian(q0, a0), load_pair(ky, kz, a0, a0))
+    turned1 = matadd(rotated_load_hessian(q1, a1), load_pair(ky, kz, a1, a1))
+    h00 = matadd(x00, matadd(turned0, both0))
+    h11 = matadd(x11, matadd(turned1, both1))
+    h01 = matadd(x01, matadd(load_pair(ky, kz, a0, a1), matadd(cross01, cross10)))
     return add(t0, cross(q0, a0)), add(t1, cross(q1, a1)), h00, h01, h11

@@ -20,7 +20,6 @@ from spiral_core.rod._algebra import (
     Array,
     Mat,
     Quat,
-    Vec,
     add,
     copy_nodes,
     cross,
@@ -31,17 +30,23 @@ from spiral_core.rod._algebra import (
     matadd,
     matmul,
     matmul_t,
+    matrix_at,
     matscale,
+    matsubtract,
     matvec,
     matvec_t,
     outer,
+    put_matrix,
+    put_vector,
     quaternion_at,
     scale,
     skew,
     smallest_pivot_and_inverse,
+    subtract,
     to_material,
     turn_nodes,
     vector_at,
+    vector_from,
 )
 from spiral_core.rod._element import (
     compliance_of,
@@ -100,15 +105,14 @@ class Pass(NamedTuple):
 def scales_of(system: System) -> Scales:
     """Return the scales of a rod, with its smallest bending stiffness where it may twist."""
     bending, length, shortest, across = np.inf, 0.0, np.inf, 0.0
-    for i in range(system.steps.shape[0]):
+    for i, step in enumerate(system.steps):
         section = section_at(system.elements, i)
         soft = compliance_of(section.stiffness)
         bending = min(bending, 1.0 / soft.y, 1.0 / soft.z)
-        length += system.steps[i]
-        shortest = min(shortest, system.steps[i])
+        length, shortest = length + step, min(shortest, step)
         across = max(across, abs(section.rest[1]), abs(section.rest[2]))
-    for i in range(system.force.shape[0]):
-        across = max(across, length * abs(system.force[i, 1]), length * abs(system.force[i, 2]))
+    for force in system.force:
+        across = max(across, length * abs(force[1]), length * abs(force[2]))
     across = max(across, abs(system.tip_moment[1]), abs(system.tip_moment[2]))
     unit = bending / length
     return Scales(unit, PIVOT_TOLERANCE * bending / shortest, across / unit)
@@ -125,7 +129,7 @@ def held_about_axis(block: Mat, q: Quat) -> tuple[Mat, float, float]:
     mode = (e[0] - 1.0, e[1], e[2])
     lean = dot(mode, mode)
     per = 1.0 / max(lean, SMALLEST_LEAN * SMALLEST_LEAN)
-    stiffness = block[0] + block[4] + block[8]
+    stiffness = block[0][0] + block[1][1] + block[2][2]
     held = matadd(block, matscale(stiffness * per, outer(mode, mode)))
     return held, per * dot(mode, matvec(block, mode)), lean
 
@@ -165,7 +169,7 @@ def newton_pass(
 ) -> Pass:
     """Assemble energy, gradient and Hessian at q and eliminate from base to tip.
 
-    ``gains`` (N - 1, 9) and ``offsets`` (N, 3) receive what :func:`back_substitute` needs.
+    ``gains`` (N - 1, 3, 3) and ``offsets`` (N, 3) receive what :func:`back_substitute` needs.
     ``shift`` [N m] is added to the diagonal.
     """
     n = system.steps.shape[0]
@@ -173,8 +177,7 @@ def newton_pass(
     smallest = np.inf
     shifted = diagonal(shift, shift, shift)
     block = shifted
-    reduced = (0.0, 0.0, 0.0)
-    gradient = (0.0, 0.0, 0.0)
+    gradient = reduced = (0.0, 0.0, 0.0)
     q1 = quaternion_at(q, 0)
     a1 = to_material(q1, vector_at(system.force, 0))
     for i in range(n):
@@ -193,7 +196,7 @@ def newton_pass(
             g0 = add(g0, cross(pull0, TANGENT))
             gradient = add(gradient, g0)
             residual = max(residual, largest_component(gradient))
-            block = matadd(matadd(block, h00), matscale(-1.0, rotated_load_hessian(TANGENT, pull0)))
+            block = matsubtract(matadd(block, h00), rotated_load_hessian(TANGENT, pull0))
             reduced = add(reduced, g0)
             pivot, s_inverse = smallest_pivot_and_inverse(block)
             if smallest > 0.0:  # the first pivot that is not positive stays
@@ -201,17 +204,15 @@ def newton_pass(
             gain = matmul(s_inverse, h01)
             offset = matvec(s_inverse, reduced)
             decrement += dot(reduced, offset)
-            for k in range(9):
-                gains[i - 1, k] = gain[k]
-            for k in range(3):
-                offsets[i - 1, k] = offset[k]
-            fill = matadd(fill, matscale(-1.0, matmul_t(h01, gain)))
+            put_matrix(gains[i - 1], 0, 0, gain)
+            put_vector(offsets[i - 1], 0, offset)
+            fill = matsubtract(fill, matmul_t(h01, gain))
             carried = scale(-1.0, matvec_t(h01, offset))
         gradient = g1
         reduced = add(carried, g1)
-        block = matadd(matadd(fill, h11), matscale(-1.0, rotated_load_hessian(TANGENT, pull1)))
-    moment = to_material(q1, vector_at(system.tip_moment.reshape(1, 3), 0))
-    gradient = add(gradient, scale(-1.0, moment))
+        block = matsubtract(matadd(fill, h11), rotated_load_hessian(TANGENT, pull1))
+    moment = to_material(q1, vector_from(system.tip_moment, 0))
+    gradient = subtract(gradient, moment)
     residual = max(residual, largest_component(gradient))
     if not smallest > 0.0:
         return Pass(energy, residual, 0.0, smallest, 0)
@@ -219,21 +220,10 @@ def newton_pass(
     smallest = pivot if not pivot > smallest else smallest
     # A moment fixed in the base frame does circulatory work: its tangent is skew and enters only
     # the last block.
-    reduced = add(reduced, scale(-1.0, moment))
-    last = matvec(inverse(matadd(block, matscale(-0.5, skew(moment)))), reduced)
-    for k in range(3):
-        offsets[n - 1, k] = last[k]
+    reduced = subtract(reduced, moment)
+    last = matvec(inverse(matsubtract(block, matscale(0.5, skew(moment)))), reduced)
+    put_vector(offsets[n - 1], 0, last)
     return Pass(energy, residual, decrement + dot(last, reduced), smallest, neutral)
-
-
-@inlined
-def matvec_row(rows: Array, i: int, v: Vec) -> Vec:
-    """Return the 3x3 matrix stored in row i times v."""
-    return (
-        rows[i, 0] * v[0] + rows[i, 1] * v[1] + rows[i, 2] * v[2],
-        rows[i, 3] * v[0] + rows[i, 4] * v[1] + rows[i, 5] * v[2],
-        rows[i, 6] * v[0] + rows[i, 7] * v[1] + rows[i, 8] * v[2],
-    )
 
 
 @compiled
@@ -243,21 +233,17 @@ def back_substitute(gains: Array, offsets: Array, step: Array) -> float:
     The size is the largest component of a node's rotation, or twice that of an element's, whichever
     is larger.
     """
-    n = offsets.shape[0]
-    following = scale(-1.0, vector_at(offsets, n - 1))
-    largest = 0.0
-    for k in range(3):
-        step[n - 1, k] = following[k]
-        largest = max(largest, abs(following[k]))
+    n = len(offsets)
+    here = scale(-1.0, vector_at(offsets, n - 1))
+    largest = largest_component(here)
+    put_vector(step[n - 1], 0, here)
     for i in range(n - 2, -1, -1):
-        here = scale(-1.0, add(vector_at(offsets, i), matvec_row(gains, i, following)))
-        for k in range(3):
-            step[i, k] = here[k]
-            largest = max(largest, abs(here[k]), 2.0 * abs(here[k] - following[k]))
         following = here
-    for k in range(3):
-        largest = max(largest, 2.0 * abs(step[0, k]))
-    return largest
+        here = scale(-1.0, add(vector_at(offsets, i), matvec(matrix_at(gains, i), following)))
+        put_vector(step[i], 0, here)
+        turn = 2.0 * largest_component(subtract(here, following))
+        largest = max(largest, largest_component(here), turn)
+    return max(largest, 2.0 * largest_component(here))
 
 
 # Outcomes of `minimize` and of the paths; `RodStatus` gives them names and advice.
@@ -294,7 +280,7 @@ class Workspace(NamedTuple):
     """Arrays of a minimization.
 
     Attributes:
-        gains, offsets: (N - 1, 9) and (N, 3), what a pass leaves for the substitution.
+        gains, offsets: (N - 1, 3, 3) and (N, 3), what a pass leaves for the substitution.
         step: (N, 3) Newton step [rad].
         trial: (N + 1, 4) orientations after a fraction of it.
     """
@@ -320,8 +306,8 @@ def line_search(
     Returns whether the energy is lower at ``space.trial``, and the pass there.
     """
     n = system.steps.shape[0]
-    moment = (system.tip_moment[0], system.tip_moment[1], system.tip_moment[2])
-    work = dot(to_material(quaternion_at(q, n), moment), vector_at(space.step, n - 1))
+    moment = to_material(quaternion_at(q, n), vector_from(system.tip_moment, 0))
+    work = dot(moment, vector_at(space.step, n - 1))
     noise = ENERGY_NOISE * scales.moment + RELATIVE_ENERGY_NOISE * abs(here.energy)
     while True:
         turn_nodes(q, space.step, fraction, space.trial)
@@ -344,7 +330,7 @@ def minimize(q: Array, system: System, ending: Ending) -> Solution:
     """
     tolerance, max_iterations, strict = ending
     n = system.steps.shape[0]
-    gains, offsets = np.empty((n - 1, 9)), np.empty((n, 3))
+    gains, offsets = np.empty((n - 1, 3, 3)), np.empty((n, 3))
     space = Workspace(gains, offsets, np.empty((n, 3)), np.empty((n + 1, 4)))
     scales = scales_of(system)
     unit, threshold = scales.moment, scales.pivot

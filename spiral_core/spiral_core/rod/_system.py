@@ -18,7 +18,9 @@ from spiral_core.rod._algebra import (
     add,
     cross,
     dot,
+    norm,
     normalized,
+    put_vector,
     quaternion_at,
     scale,
     to_base,
@@ -124,31 +126,24 @@ def uniform_system(count: int, rod: UniformRod) -> System:
     h = rod.length / count
     rest, weight = rod.rest_strain, rod.weight
     stiffness = Stiffness(rod.torsional, rod.sideways, rod.bending, rod.coupling)
-    force, load = np.empty((count + 1, 3)), np.empty((count, 3))
-    moment, steps = np.empty(3), np.empty(count)
-    rest_moment, node_rest = np.empty((count, 3)), np.empty((count + 1, 3))
-    node_stiffness = np.empty((count + 1, 4))
-    square = rest[0] * rest[0] + rest[1] * rest[1] + rest[2] * rest[2]
-    scale = discrete_strain_scale(h * math.sqrt(square))
+    scale_of_rest = discrete_strain_scale(h * norm(rest))
     product = times(stiffness, rest)
-    energy = 0.0
-    for k in range(3):
-        moment[k] = rod.tip_moment[k]
-        energy += 0.5 * rod.length * scale * scale * product[k] * rest[k]
+    seen = scale(scale_of_rest, product)
+    force, load, moment = np.empty((count + 1, 3)), np.empty((count, 3)), np.empty(3)
+    node_stiffness, node_rest = np.empty((count + 1, 4)), np.empty((count + 1, 3))
+    steps, rest_moment = np.empty(count), np.empty((count, 3))
+    put_vector(moment, 0, rod.tip_moment)
     for i in range(count + 1):
-        for k in range(4):
-            node_stiffness[i, k] = stiffness[k]
-        for k in range(3):
-            force[i, k] = rod.tip_force[k] + weight[k] * h * (count - i)
-            node_rest[i, k] = product[k]
+        put_vector(force[i], 0, add(rod.tip_force, scale(h * (count - i), weight)))
+        put_vector(node_stiffness[i], 0, stiffness)
+        put_vector(node_rest[i], 0, product)
     for i in range(count):
         steps[i] = h
-        for k in range(3):
-            rest_moment[i, k] = scale * product[k]
-            load[i, k] = weight[k]
-    elements = Elements(
-        node_stiffness[:count], rest_moment, np.zeros((count, 4)), np.zeros((count, 3))
-    )
+        put_vector(rest_moment[i], 0, seen)
+        put_vector(load[i], 0, weight)
+    none = np.zeros((count, 4))
+    elements = Elements(node_stiffness[:count], rest_moment, none, np.zeros((count, 3)))
+    energy = 0.5 * rod.length * scale_of_rest * dot(seen, rest)
     return System(force, load, load, moment, elements, steps, node_stiffness, node_rest, energy)
 
 
@@ -164,13 +159,9 @@ def constant_strain_energy(elements: Elements, steps: Array) -> float:
 
 
 @compiled
-def blended_rows(start: Array, end: Array, at: float) -> Array:
-    """Return the rows (n, k) at the fraction ``at`` of the way from one array to another."""
-    rows = np.empty_like(start)
-    for i in range(start.shape[0]):
-        for k in range(start.shape[1]):
-            rows[i, k] = (1.0 - at) * start[i, k] + at * end[i, k]
-    return rows
+def mixed(start: Array, end: Array, at: float) -> Array:
+    """Return the array at the fraction ``at`` of the way from one to another."""
+    return (1.0 - at) * start + at * end
 
 
 @compiled
@@ -180,53 +171,52 @@ def blended(start: System, end: System, at: float) -> System:
     Lengths, stiffnesses, their products with rest strain, and loads are blended; the rest energy
     follows from them.
     """
-    moment = np.empty(3)
-    for k in range(3):
-        moment[k] = (1.0 - at) * start.tip_moment[k] + at * end.tip_moment[k]
-    steps = np.empty(start.steps.shape[0])
-    for i in range(steps.shape[0]):
-        steps[i] = (1.0 - at) * start.steps[i] + at * end.steps[i]
-    first, last = start.elements, end.elements
+    first, last, steps = start.elements, end.elements, mixed(start.steps, end.steps, at)
     elements = Elements(
-        blended_rows(first.stiffness, last.stiffness, at),
-        blended_rows(first.rest, last.rest, at),
-        blended_rows(first.stiffness_slope, last.stiffness_slope, at),
-        blended_rows(first.rest_slope, last.rest_slope, at),
+        mixed(first.stiffness, last.stiffness, at),
+        mixed(first.rest, last.rest, at),
+        mixed(first.stiffness_slope, last.stiffness_slope, at),
+        mixed(first.rest_slope, last.rest_slope, at),
     )
-    varying = (1.0 - at) * (
-        start.rest_energy - constant_strain_energy(start.elements, start.steps)
-    ) + at * (end.rest_energy - constant_strain_energy(end.elements, end.steps))
+    varying = (1.0 - at) * (start.rest_energy - constant_strain_energy(first, start.steps))
+    varying += at * (end.rest_energy - constant_strain_energy(last, end.steps))
     return System(
-        blended_rows(start.force, end.force, at),
-        blended_rows(start.load_start, end.load_start, at),
-        blended_rows(start.load_end, end.load_end, at),
-        moment,
+        mixed(start.force, end.force, at),
+        mixed(start.load_start, end.load_start, at),
+        mixed(start.load_end, end.load_end, at),
+        mixed(start.tip_moment, end.tip_moment, at),
         elements,
         steps,
-        blended_rows(start.node_stiffness, end.node_stiffness, at),
-        blended_rows(start.node_rest, end.node_rest, at),
+        mixed(start.node_stiffness, end.node_stiffness, at),
+        mixed(start.node_rest, end.node_rest, at),
         varying + constant_strain_energy(elements, steps),
+    )
+
+
+@compiled
+def with_elements(
+    system: System, elements: Elements, tip_moment: Array, rest_energy: float
+) -> System:
+    """Return a system with other elements and another tip moment; nodes are as they were."""
+    return System(
+        system.force,
+        system.load_start,
+        system.load_end,
+        tip_moment,
+        elements,
+        system.steps,
+        system.node_stiffness,
+        system.node_rest,
+        rest_energy,
     )
 
 
 @compiled
 def without_rest_strain(system: System, moment_fraction: float) -> System:
     """Return the same rod straight when unloaded, under a fraction of its tip moment."""
-    moment, none = np.empty(3), np.zeros_like(system.elements.rest)
-    for k in range(3):
-        moment[k] = moment_fraction * system.tip_moment[k]
+    none = np.zeros_like(system.elements.rest)
     elements = Elements(system.elements.stiffness, none, system.elements.stiffness_slope, none)
-    return System(
-        system.force,
-        system.load_start,
-        system.load_end,
-        moment,
-        elements,
-        system.steps,
-        system.node_stiffness,
-        np.zeros_like(system.node_rest),
-        0.0,
-    )
+    return with_elements(system, elements, moment_fraction * system.tip_moment, 0.0)
 
 
 @compiled
@@ -241,24 +231,10 @@ def with_torsion_no_stiffer(system: System, ratio: float) -> System:
         k, change = stiffness_at(stiffness, i), stiffness_at(slope, i)
         softer = ratio * k.y / k.twist
         if softer < 1.0:
-            for rows, soft in (
-                (stiffness, Stiffness(ratio * k.y, k.y, k.z, softer * k.both)),
-                (slope, Stiffness(ratio * change.y, change.y, change.z, softer * change.both)),
-            ):
-                for column in range(4):
-                    rows[i, column] = soft[column]
+            put_vector(stiffness[i], 0, (ratio * k.y, k.y, k.z, softer * k.both))
+            put_vector(slope[i], 0, (ratio * change.y, change.y, change.z, softer * change.both))
     elements = Elements(stiffness, system.elements.rest, slope, system.elements.rest_slope)
-    return System(
-        system.force,
-        system.load_start,
-        system.load_end,
-        system.tip_moment,
-        elements,
-        system.steps,
-        system.node_stiffness,
-        system.node_rest,
-        system.rest_energy,
-    )
+    return with_elements(system, elements, system.tip_moment, system.rest_energy)
 
 
 @inlined
@@ -307,12 +283,10 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
     momentum of the discrete action principle); in equilibrium an inner node's two elements push
     alike, so that each node needs one. Strains: u* + K^-1 m.
     """
-    n = system.steps.shape[0]
-    positions = np.zeros((n + 1, 3))
-    moments = np.zeros((n + 1, 3))
+    n = len(system.steps)
+    positions, moments = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
     strains = np.empty((n + 1, 3))
     at = (0.0, 0.0, 0.0)
-    push = (0.0, 0.0, 0.0)
     largest = 0.0
     q1 = quaternion_at(q, 0)
     a1 = to_material(q1, vector_at(system.force, 0))
@@ -331,16 +305,11 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
         at = add(at, to_base(middle(q0, q1), add(scale(h, TANGENT), add(arc, bend))))
         g0, g1, _, _, _ = element_derivatives(x, w, strain, a0, a1, section, h)
         pull0, pull1 = end_loads(system, i, q0, q1, a0, a1)
-        m = scale(-1.0, add(g0, cross(pull0, TANGENT)))
-        push = add(g1, cross(pull1, TANGENT))
-        for k in range(3):
-            positions[i + 1, k] = at[k]
-            moments[i, k] = m[k]
-    for k in range(3):
-        moments[n, k] = push[k]
+        put_vector(positions[i + 1], 0, at)
+        put_vector(moments[i], 0, scale(-1.0, add(g0, cross(pull0, TANGENT))))
+        put_vector(moments[i + 1], 0, add(g1, cross(pull1, TANGENT)))
     for i in range(n + 1):
         total = add(vector_at(moments, i), vector_at(system.node_rest, i))
-        strain = times(compliance_of(stiffness_at(system.node_stiffness, i)), total)
-        for k in range(3):
-            strains[i, k] = strain[k]
+        soft = compliance_of(stiffness_at(system.node_stiffness, i))
+        put_vector(strains[i], 0, times(soft, total))
     return positions, moments, strains, 2.0 * math.acos(max(-1.0, 1.0 - largest))

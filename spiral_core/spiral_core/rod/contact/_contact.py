@@ -16,7 +16,6 @@ normal N, normal force lambda and slip s of the contact point from its anchor:
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -31,9 +30,11 @@ from spiral_core.rod._algebra import (
     add,
     add_matrix,
     add_vector,
+    block_at,
     diagonal,
     dot,
     in_space,
+    largest_component,
     matadd,
     matmul,
     matmul_skew,
@@ -44,6 +45,7 @@ from spiral_core.rod._algebra import (
     matsubtract,
     matvec,
     matvec_t,
+    norm,
     outer,
     put_matrix,
     put_vector,
@@ -56,6 +58,7 @@ from spiral_core.rod._algebra import (
     to_material_matrix,
     transpose,
     vector_at,
+    vector_from,
     with_transpose,
 )
 from spiral_core.rod.contact.obstacles import Obstacle, frame_of, seen_from
@@ -268,9 +271,8 @@ def normal_terms(law: Law, surface: Surface, x: Iterate, e: int, touch: Touch, a
 @compiled
 def friction_law(slip: Vec, tau: Vec, limit: float, elastic: float) -> tuple[bool, Vec, Vec, Mat]:
     """Return whether a node sticks, tau within the limit, s / w and the derivative by the slip."""
-    norm = math.sqrt(dot(tau, tau))
-    tau = scale(limit / max(norm, limit, TINY), tau)
-    size = math.sqrt(dot(slip, slip))
+    tau = scale(limit / max(norm(tau), limit, TINY), tau)
+    size = norm(slip)
     sticks = size < STICK_SLIPS * elastic
     yielded = 1.0 - 0.25 * min(size / elastic, STICK_SLIPS)
     width = elastic / yielded if sticks else size
@@ -366,9 +368,7 @@ def contact_step(
     primal = dual = TINY
     for e in range(len(surface.gap)):
         touchable = 1.0 if surface.touchable[e] else 0.0
-        approach = 0.0
-        for i in range(3):
-            approach += surface.normal[e, i] * step[e, 3 + i]
+        approach = dot(vector_at(surface.normal, e), vector_from(step[e], 3))
         pressed = -(touch.excess[e] + touch.stiffness[e] * approach) * touchable
         opened = (approach + surface.gap[e] - slack[e] + law.compliance * pressed) * touchable
         touch.changes[0, e], touch.changes[1, e] = pressed, opened
@@ -388,14 +388,12 @@ def take_step(
         x.normal[j, e] += dual * touch.changes[0, e]
         x.slack[j, e] += primal * touch.changes[1, e]
         if mu > 0.0:
-            for i in range(3):
-                new = touch.target[e, i]
-                for k in range(6):
-                    new += touch.grip[e, i, k] * step[e, k]
-                if law.coupled:
-                    new += mu * touch.changes[0, e] * touch.heading[e, i]
-                old = touch.tau[e, i]
-                x.friction[j, e, i] = old + dual * (new - old)
+            grip, tau, new = touch.grip[e], vector_at(touch.tau, e), vector_at(touch.target, e)
+            new = add(new, matvec(block_at(grip, 0, 0), vector_from(step[e], 0)))
+            new = add(new, matvec(block_at(grip, 0, 3), vector_from(step[e], 3)))
+            if law.coupled:
+                new = add(new, scale(mu * touch.changes[0, e], vector_at(touch.heading, e)))
+            put_vector(x.friction[j, e], 0, add(tau, scale(dual, subtract(new, tau))))
 
 
 @compiled
@@ -418,8 +416,8 @@ def contact_residual(
         else:
             broken = max(abs(gap - slack) / length, pressed * slack / pair)
         if active:
-            for i in range(3):
-                broken = max(broken, abs(touch.tau[e, i] - touch.target[e, i]) / force)
+            lag = subtract(vector_at(touch.tau, e), vector_at(touch.target, e))
+            broken = max(broken, largest_component(lag) / force)
         if broken != broken:
             return np.nan
         worst = max(worst, broken)

@@ -24,20 +24,26 @@ from numpy.typing import NDArray
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
     Array,
+    Vec,
+    add,
+    add_matrix,
+    add_vector,
     block_at,
     diagonal,
+    dot,
     matmul,
     matrices,
     matscale,
     matsubtract,
     matvec,
+    matvec_t,
     put_matrix,
     put_vector,
     quaternion_at,
     scale,
     skews,
     smallest_pivot_and_inverse,
-    transpose,
+    subtract,
     turn_nodes,
     vector_at,
 )
@@ -100,13 +106,13 @@ class Assembled(NamedTuple):
 
     Attributes:
         hessians: (N, 9, 9) by rotations of both nodes and force.
-        gradients: (N, 9) likewise.
+        gradient: (N + 1, 6) of their energy and that of their load, by the nodes' motions.
         chord: (N, 3) mismatch of the chords [m].
         moments: (N + 1, 3) internal moment in the material frame [N m].
     """
 
     hessians: Array
-    gradients: Array
+    gradient: Array
     chord: Array
     moments: Array
 
@@ -126,115 +132,94 @@ class Bearing(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A Newton step, and the gradient that it started from.
+    """A Newton step.
 
     Attributes:
         nodes: (N + 1, 6) rotation in the material frame [rad] and displacement [m].
         forces: (N, 3) change of n [N].
-        gradient: (N + 1, 6), before the ends are held.
     """
 
     nodes: Array
     forces: Array
-    gradient: Array
 
 
 def no_elements(count: int) -> Assembled:
     """Return room for so many assembled elements."""
-    return Assembled(
-        np.empty((count, 9, 9)),
-        np.empty((count, 9)),
-        np.empty((count, 3)),
-        np.empty((count + 1, 3)),
-    )
+    nodes, forces = no_step(count)
+    return Assembled(np.empty((count, 9, 9)), nodes, forces, np.empty((count + 1, 3)))
 
 
 def no_step(count: int) -> Step:
     """Return a step of zero for so many elements."""
-    return Step(np.zeros((count + 1, 6)), np.zeros((count, 3)), np.zeros((count + 1, 6)))
+    return Step(np.zeros((count + 1, 6)), np.zeros((count, 3)))
 
 
 @compiled
 def assemble(x: Iterate, elements: Elements, found: Assembled) -> float:
     """Write the elements at an iterate; return their energy and that of their load [J]."""
     energy = 0.0
-    for e in range(x.n.shape[0]):
+    found.gradient[:] = 0.0
+    for e in range(len(x.n)):
         n, half_load = vector_at(x.n, e), vector_at(elements.half_load, e)
         q0, q1 = quaternion_at(x.q, e), quaternion_at(x.q, e + 1)
         d = mixed_element(q0, q1, n, half_load, section_at(elements, e))
-        gradient, hessian = found.gradients[e], found.hessians[e]
-        put_vector(gradient, 0, d.g0)
-        put_vector(gradient, 3, d.g1)
-        put_vector(gradient, 6, d.gn)
+        hessian = found.hessians[e]
         put_matrix(hessian, 0, 0, d.h00)
         put_matrix(hessian, 0, 3, d.h01)
         put_matrix(hessian, 0, 6, d.h0n)
-        put_matrix(hessian, 3, 0, transpose(d.h01))
         put_matrix(hessian, 3, 3, d.h11)
         put_matrix(hessian, 3, 6, d.h1n)
-        put_matrix(hessian, 6, 0, transpose(d.h0n))
-        put_matrix(hessian, 6, 3, transpose(d.h1n))
         put_matrix(hessian, 6, 6, d.hnn)
-        energy += d.energy
-        for i in range(3):
-            before, after = n[i] + half_load[i], n[i] - half_load[i]
-            energy += after * x.p[e + 1, i] - before * x.p[e, i]
-            found.chord[e, i] = d.gn[i] + x.p[e + 1, i] - x.p[e, i]
+        for i in range(9):
+            for k in range(i):
+                hessian[i, k] = hessian[k, i]
+        before, after = add(n, half_load), subtract(n, half_load)
+        p0, p1 = vector_at(x.p, e), vector_at(x.p, e + 1)
+        energy += d.energy + dot(after, p1) - dot(before, p0)
+        put_vector(found.chord[e], 0, add(d.gn, subtract(p1, p0)))
+        add_vector(found.gradient[e], 0, d.g0)
+        add_vector(found.gradient[e], 3, scale(-1.0, before))
+        add_vector(found.gradient[e + 1], 0, d.g1)
+        add_vector(found.gradient[e + 1], 3, after)
         put_vector(found.moments[e], 0, scale(-1.0, d.g0))
         put_vector(found.moments[e + 1], 0, d.g1)
     return energy
 
 
 @compiled
-def factor(block: Array, order: Array, exchange: bool) -> float:
-    """Replace a block (6, 6) by its LU factors and return the smallest pivot.
+def reduce_rows(rows: Array, exchange: bool) -> float:
+    """Replace rows [block | others] (6, 13) by [. | block^-1 others]; return the smallest pivot.
 
     Without ``exchange`` of rows the elimination stops at a pivot that is not positive.
     """
     smallest: float = np.inf
     for k in range(6):
-        best = k
         if exchange:
+            best = k
             for i in range(k + 1, 6):
-                if abs(block[i, k]) > abs(block[best, k]):
+                if abs(rows[i, k]) > abs(rows[best, k]):
                     best = i
-            for j in range(6):
-                block[k, j], block[best, j] = block[best, j], block[k, j]
-        order[k] = best
-        pivot: float = abs(block[k, k]) if exchange else block[k, k]
+            for c in range(k, 13):
+                rows[k, c], rows[best, c] = rows[best, c], rows[k, c]
+        pivot: float = abs(rows[k, k]) if exchange else rows[k, k]
         if not pivot > 0.0:
             return pivot
         smallest = min(smallest, pivot)
         for i in range(k + 1, 6):
-            block[i, k] /= block[k, k]
-            for j in range(k + 1, 6):
-                block[i, j] -= block[i, k] * block[k, j]
+            factor = rows[i, k] / rows[k, k]
+            for c in range(k + 1, 13):
+                rows[i, c] -= factor * rows[k, c]
+    for i in range(5, -1, -1):
+        for c in range(6, 13):
+            for k in range(i + 1, 6):
+                rows[i, c] -= rows[i, k] * rows[k, c]
+            rows[i, c] /= rows[i, i]
     return smallest
 
 
 @compiled
-def solve_factored(block: Array, order: Array, rhs: Array) -> None:
-    """Solve block x = rhs (6, 7) in place with the factors of :func:`factor`."""
-    for i in range(6):
-        k = int(order[i])
-        for c in range(7):
-            rhs[i, c], rhs[k, c] = rhs[k, c], rhs[i, c]
-    for i in range(6):
-        for k in range(i):
-            for c in range(7):
-                rhs[i, c] -= block[i, k] * rhs[k, c]
-    for j in range(6):
-        i = 5 - j
-        for k in range(i + 1, 6):
-            for c in range(7):
-                rhs[i, c] -= block[i, k] * rhs[k, c]
-        for c in range(7):
-            rhs[i, c] /= block[i, i]
-
-
-@compiled
 def condense(
-    hess: Array, mismatch: Array, compliance: float, unit: float, pull: Array, whole: Array
+    hess: Array, mismatch: Vec, compliance: float, unit: float, pull: Array, whole: Array
 ) -> float:
     """Eliminate an element's force: pull = D^-1 [B | r], whole = H + B^T D^-1 [B | r].
 
@@ -246,78 +231,70 @@ def condense(
     pivot, soft = smallest_pivot_and_inverse(matsubtract(rigid, block_at(hess, 6, 6)))
     if not pivot > 0.0:
         return pivot
-    put_matrix(pull, 0, 0, matmul(soft, block_at(hess, 6, 0)))
+    start, end = block_at(hess, 6, 0), block_at(hess, 6, 3)
+    put_matrix(pull, 0, 0, matmul(soft, start))
     put_matrix(pull, 0, 3, matscale(-unit, soft))
-    put_matrix(pull, 0, 6, matmul(soft, block_at(hess, 6, 3)))
+    put_matrix(pull, 0, 6, matmul(soft, end))
     put_matrix(pull, 0, 9, matscale(unit, soft))
-    turned = matvec(soft, (mismatch[0], mismatch[1], mismatch[2]))
-    for i in range(3):
-        pull[i, 12] = turned[i]
-    for i in range(3):
-        for k in range(13):
-            whole[3 + i, k] = -unit * pull[i, k]
-            whole[9 + i, k] = unit * pull[i, k]
-            whole[i, k] = 0.0
-            whole[6 + i, k] = 0.0
-            for j in range(3):
-                whole[i, k] += hess[6 + j, i] * pull[j, k]
-                whole[6 + i, k] += hess[6 + j, 3 + i] * pull[j, k]
-        for k in range(3):
-            whole[i, k] += hess[i, k]
-            whole[i, 6 + k] += hess[i, 3 + k]
-            whole[6 + i, k] += hess[3 + i, k]
-            whole[6 + i, 6 + k] += hess[3 + i, 3 + k]
+    pull[0, 12], pull[1, 12], pull[2, 12] = matvec(soft, mismatch)
+    for k in range(13):
+        by = (pull[0, k], pull[1, k], pull[2, k])
+        turn0, turn1 = matvec_t(start, by), matvec_t(end, by)
+        for i in range(3):
+            whole[i, k], whole[3 + i, k] = turn0[i], -unit * by[i]
+            whole[6 + i, k], whole[9 + i, k] = turn1[i], unit * by[i]
+    for i in range(0, 6, 3):
+        for k in range(0, 6, 3):
+            add_matrix(whole, 2 * i, 2 * k, block_at(hess, i, k))
     return pivot
 
 
 @compiled
-def hold_columns(system: Array, first: int, free: Array) -> None:
+def hold_columns(rows: Array, first: int, free: Array) -> None:
     """Keep the free motions of a node in six columns."""
+    before = rows.copy()
     for i in range(6):
-        row = np.zeros(6)
-        for j in range(6):
-            for k in range(6):
-                row[k] += system[i, first + j] * free[j, k]
         for k in range(6):
-            system[i, first + k] = row[k]
+            rows[i, first + k] = 0.0
+            for j in range(6):
+                rows[i, first + k] += before[i, first + j] * free[j, k]
 
 
 @compiled
-def hold(system: Array, free: Array) -> None:
+def hold(rows: Array, free: Array) -> None:
     """Keep the free motions F of an end in its rows [block | coupling | rhs] (6, 13).
 
     The block becomes F block F + s (1 - F) with s its largest diagonal entry.
     """
-    scale = 0.0
+    largest = 0.0
     for i in range(6):
-        scale = max(scale, abs(system[i, i]))
-    hold_columns(system, HERE, free)
-    row = np.empty(6)
-    for k in range(13):
-        for i in range(6):
-            row[i] = 0.0
-            for j in range(6):
-                row[i] += free[i, j] * system[j, k]
-        for i in range(6):
-            system[i, k] = row[i]
+        largest = max(largest, abs(rows[i, i]))
+    hold_columns(rows, HERE, free)
+    before = rows.copy()
+    for i in range(6):
+        for k in range(13):
+            rows[i, k] = 0.0
             if k < 6:
-                system[i, k] += scale * ((1.0 if i == k else 0.0) - free[i, k])
+                rows[i, k] = largest * ((1.0 if i == k else 0.0) - free[i, k])
+            for j in range(6):
+                rows[i, k] += free[i, j] * before[j, k]
 
 
 @compiled
-def back_substitute(gains: Array, pulls: Array, unit: float, step: Step) -> None:
+def back_substitute(rows: Array, pulls: Array, unit: float, step: Step) -> None:
     """Write the steps of nodes and forces from the eliminated rows."""
-    nodes, forces = step.nodes, step.forces
-    count = forces.shape[0]
-    for e in range(count - 1, -1, -1):
+    nodes, forces, count = step.nodes, step.forces, len(pulls)
+    following = np.zeros(6)
+    for e in range(count, -1, -1):
         for i in range(6):
-            nodes[e, i] = -gains[e, i, 6]
+            nodes[e, i] = -rows[e, i, 12]
             for k in range(6):
-                nodes[e, i] -= gains[e, i, k] * nodes[e + 1, k]
-        for i in range(3):
+                nodes[e, i] -= rows[e, i, NEXT + k] * following[k]
+        for i in range(3 if e < count else 0):
             forces[e, i] = pulls[e, i, 12]
             for k in range(6):
-                forces[e, i] += pulls[e, i, k] * nodes[e, k] + pulls[e, i, 6 + k] * nodes[e + 1, k]
+                forces[e, i] += pulls[e, i, k] * nodes[e, k] + pulls[e, i, NEXT + k] * following[k]
+        following = nodes[e]
     for e in range(count + 1):
         for i in range(3, 6):
             nodes[e, i] *= unit
@@ -325,85 +302,52 @@ def back_substitute(gains: Array, pulls: Array, unit: float, step: Step) -> None
 
 @compiled
 def eliminate(
-    x: Iterate,
-    elements: Elements,
-    found: Assembled,
-    nodal: Nodal,
-    bearing: Bearing,
-    exchange: bool,
-    step: Step,
+    found: Assembled, nodal: Nodal, bearing: Bearing, exchange: bool, step: Step
 ) -> float:
     """Write a Newton step from the assembled elements and what acts at the nodes.
 
     Rows may be exchanged in a block (``exchange``) where the system is not symmetric. Returns the
     smallest pivot.
     """
-    count, unit, gradient = x.n.shape[0], bearing.unit, step.gradient
-    pulls, gains = np.empty((count, 3, 13)), np.empty((count, 6, 7))
-    whole, system = np.zeros((12, 13)), np.zeros((6, 13))
-    carried, block, last = np.zeros((6, 7)), np.empty((6, 6)), np.empty((6, 7))
-    order = np.empty(6)
+    count, unit = len(found.chord), bearing.unit
+    pulls, every = np.empty((count, 3, 13)), np.zeros((count + 1, 6, 13))
+    whole, carried, coupling = np.empty((12, 13)), np.zeros((6, 7)), np.empty((6, 6))
     smallest = np.inf
-    # One by one: numba's assignment of arrays takes seconds to compile.
     for e in range(count + 1):
-        for i in range(6):
-            gradient[e, i] = nodal.drive[e, i]
-    for e in range(count + 1):
+        rows = every[e]
         for i in range(6):
             weight = unit if i > 2 else 1.0
             for k in range(6):
-                system[i, k] = carried[i, k]
-                system[i, k] += nodal.tangent[e, i, k] * weight * (unit if k > 2 else 1.0)
-                system[i, 6 + k] = 0.0
-            system[i, 12] = carried[i, 6] + nodal.drive[e, i] * weight
+                own = nodal.tangent[e, i, k] * weight * (unit if k > 2 else 1.0)
+                rows[i, k] = carried[i, k] + own
+            rows[i, 12] = carried[i, 6] + (found.gradient[e, i] + nodal.drive[e, i]) * weight
         if e < count:
-            pivot = condense(
-                found.hessians[e], found.chord[e], bearing.compliance[e], unit, pulls[e], whole
-            )
+            mismatch, soft = vector_at(found.chord, e), bearing.compliance[e]
+            pivot = condense(found.hessians[e], mismatch, soft, unit, pulls[e], whole)
             if not pivot > 0.0:
                 return pivot
-            for i in range(3):
-                half_load = elements.half_load[e, i]
-                before, after = x.n[e, i] + half_load, x.n[e, i] - half_load
-                turn, end = found.gradients[e, i], found.gradients[e, 3 + i]
-                gradient[e, i] += turn
-                gradient[e, 3 + i] -= before
-                gradient[e + 1, i] += end
-                gradient[e + 1, 3 + i] += after
-                whole[i, 12] += turn
-                whole[3 + i, 12] -= unit * before
-                whole[6 + i, 12] += end
-                whole[9 + i, 12] += unit * after
             for i in range(6):
                 for k in range(13):
-                    system[i, k] += whole[i, k]
+                    rows[i, k] += whole[i, k]
         if e == 0:
-            hold(system, bearing.end_free[0])
+            hold(rows, bearing.end_free[0])
         if e == count:
-            hold(system, bearing.end_free[1])
+            hold(rows, bearing.end_free[1])
         if e == count - 1:
-            hold_columns(system, NEXT, bearing.end_free[1])
+            hold_columns(rows, NEXT, bearing.end_free[1])
         for i in range(6):
             for k in range(6):
-                block[i, k] = system[i, k]
-            for k in range(7):
-                last[i, k] = system[i, 6 + k]
-        pivot = factor(block, order, exchange)
+                coupling[i, k] = rows[i, NEXT + k]
+        pivot = reduce_rows(rows, exchange)
         smallest = min(smallest, pivot)
         if not pivot > 0.0:
             return pivot
-        solve_factored(block, order, last)
-        if e < count:
-            for i in range(6):
-                for k in range(7):
-                    gains[e, i, k] = last[i, k]
-                    carried[i, k] = whole[6 + i, 6 + k]
+        for i in range(6):
+            for k in range(7):
+                carried[i, k] = whole[6 + i, 6 + k]
                 for j in range(6):
-                    for k in range(7):
-                        carried[i, k] -= system[j, 6 + i] * last[j, k]
-    for i in range(6):
-        step.nodes[count, i] = -last[i, 6]
-    back_substitute(gains, pulls, unit, step)
+                    carried[i, k] -= coupling[j, i] * rows[j, 6 + k]
+    back_substitute(every, pulls, unit, step)
     return smallest
 
 
@@ -603,7 +547,7 @@ class Newton:
             if done or self.shift > 1e9 * unit:
                 break
             self.shift = max(10.0 * self.shift, 1e-2 * unit)
-        gradient = self.step.gradient - nodal.drive + nodal.gradient
+        gradient = self.elements.gradient + nodal.gradient
         residual = self._residual(gradient, contacts)
         return Solution(
             UNSTABLE, 0, energy, residual, pivot, gradient, self.elements.moments.copy(), contacts
@@ -611,9 +555,7 @@ class Newton:
 
     def _eliminate(self, nodal: Nodal, step: Step) -> float:
         """Write the step that the elements and what acts at the nodes give; return the pivot."""
-        exchange = self.law.coupled
-        elements = self.arrays.elements
-        return eliminate(self.x, elements, self.elements, nodal, self.bearing, exchange, step)
+        return eliminate(self.elements, nodal, self.bearing, self.law.coupled, step)
 
     def _loads(self) -> Nodal:
         """Return gradient and Hessian of loads at the nodes and of what is added."""

@@ -10,7 +10,16 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
-from spiral_core.rod._algebra import matrices
+from spiral_core.rod._algebra import (
+    add,
+    dot,
+    matrices,
+    norm,
+    put_vector,
+    scale,
+    subtract,
+    vector_at,
+)
 from spiral_core.rod.contact._contact import TINY, Iterate
 from spiral_core.rod.contact._continuation import Point, from_centerline, gaps_at
 from spiral_core.rod.contact._mesh import Arrays
@@ -157,73 +166,30 @@ def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float
 
 
 @compiled
-def nearest_on(first: Array, last: Array, at: float, i: int, k: int) -> tuple[float, float, float]:
+def nearest_on(positions: Array, i: int, k: int) -> tuple[float, float, float]:
     """Return the least distance of elements i and k, and where on each of them, from 0 to 1.
 
-    Their nodes are the fraction ``at`` of the way from ``first`` to ``last`` (n, 3). On parallel
-    elements it is one of the places.
+    On parallel elements it is one of the places.
     """
-    uu, vv, uv, ur, vr = TINY, TINY, 0.0, 0.0, 0.0
-    for c in range(3):
-        foot = (1.0 - at) * first[i, c] + at * last[i, c]
-        base = (1.0 - at) * first[k, c] + at * last[k, c]
-        u = (1.0 - at) * first[i + 1, c] + at * last[i + 1, c] - foot
-        v = (1.0 - at) * first[k + 1, c] + at * last[k + 1, c] - base
-        uu, vv, uv = uu + u * u, vv + v * v, uv + u * v
-        ur, vr = ur + u * (foot - base), vr + v * (foot - base)
-    skewness = uu * vv - uv * uv
-    x, y = 0.0, 0.0
+    foot, base = vector_at(positions, i), vector_at(positions, k)
+    u, v = subtract(vector_at(positions, i + 1), foot), subtract(vector_at(positions, k + 1), base)
+    away = subtract(foot, base)
+    uu, vv, uv = dot(u, u) + TINY, dot(v, v) + TINY, dot(u, v)
+    ur, vr = dot(u, away), dot(v, away)
+    skewness, x = uu * vv - uv * uv, 0.0
     if skewness > PARALLEL * uu * vv:
         x = min(max((uv * vr - ur * vv) / skewness, 0.0), 1.0)
     y = (uv * x + vr) / vv
     if not 0.0 <= y <= 1.0:
         y = min(max(y, 0.0), 1.0)
         x = min(max((uv * y - ur) / uu, 0.0), 1.0)
-    square = 0.0
-    for c in range(3):
-        foot = (1.0 - x) * first[i, c] + x * first[i + 1, c]
-        base = (1.0 - y) * first[k, c] + y * first[k + 1, c]
-        moved = (1.0 - x) * last[i, c] + x * last[i + 1, c]
-        moved -= (1.0 - y) * last[k, c] + y * last[k + 1, c]
-        square += ((1.0 - at) * (foot - base) + at * moved) ** 2
-    return math.sqrt(square), x, y
-
-
-@compiled
-def middles_apart(positions: Array, i: int, k: int) -> float:
-    """Return the distance between the middles of elements i and k [m]."""
-    square = 0.0
-    for c in range(3):
-        away = positions[k, c] + positions[k + 1, c] - positions[i, c] - positions[i + 1, c]
-        square += 0.25 * away * away
-    return math.sqrt(square)
+    return norm(add(away, subtract(scale(x, u), scale(y, v)))), x, y
 
 
 @compiled
 def nodes_apart(positions: Array, i: int, k: int) -> float:
     """Return the distance of nodes i and k [m]."""
-    square = 0.0
-    for c in range(3):
-        square += (positions[k, c] - positions[i, c]) ** 2
-    return math.sqrt(square)
-
-
-@compiled
-def lengths_along(positions: Array) -> Array:
-    """Return the lengths along the rod as it is, stretched or compressed, up to its nodes (n,)."""
-    along = np.zeros(len(positions))
-    for i in range(1, len(positions)):
-        along[i] = along[i - 1] + nodes_apart(positions, i - 1, i)
-    return along
-
-
-@compiled
-def longest_element(positions: Array) -> float:
-    """Return the length of the longest element [m]."""
-    longest = 0.0
-    for i in range(len(positions) - 1):
-        longest = max(longest, nodes_apart(positions, i, i + 1))
-    return longest
+    return norm(subtract(vector_at(positions, k), vector_at(positions, i)))
 
 
 @compiled
@@ -236,8 +202,13 @@ def nearest_places(
     neighbors; of nearer ones, between nodes that do. Distances from 4 radii on count as 4. So many
     elements on as another one is too far away, none can be near.
     """
-    count, apart, along = len(positions) - 1, NEIGHBORS * radius, lengths_along(positions)
-    longest = longest_element(positions)
+    count, apart = len(positions) - 1, NEIGHBORS * radius
+    along, longest, middles = np.zeros(count + 1), 0.0, np.empty((count, 3))
+    for i in range(count):
+        step = nodes_apart(positions, i, i + 1)
+        along[i + 1], longest = along[i] + step, max(longest, step)
+        middle = scale(0.5, add(vector_at(positions, i), vector_at(positions, i + 1)))
+        put_vector(middles[i], 0, middle)
     least, place, other = 4.0 * radius, np.nan, np.nan
     first = 0
     for i in range(count):
@@ -245,68 +216,18 @@ def nearest_places(
             first += 1
         k = first
         while k < count:
-            middles = middles_apart(positions, i, k)
-            if middles - longest < least:
+            away = nodes_apart(middles, i, k)
+            if away - longest < least:
                 if along[k] - along[i + 1] > apart:
-                    distance, x, y = nearest_on(positions, positions, 0.0, i, k)
+                    distance, x, y = nearest_on(positions, i, k)
                 else:
                     distance, x, y = nodes_apart(positions, i, k + 1), 0.0, 1.0
                 if distance < least:
                     least = distance
                     place = (1.0 - x) * arc_lengths[i] + x * arc_lengths[i + 1]
                     other = (1.0 - y) * arc_lengths[k] + y * arc_lengths[k + 1]
-            k += max(1, int((middles - least) / longest))
+            k += max(1, int((away - least) / longest))
     return least, place, other
-
-
-@compiled
-def relative_move(first: Array, last: Array, i: int, k: int) -> float:
-    """Return by how much two places of elements i and k can come nearer on a move [m]."""
-    most = 0.0
-    for a in range(i, i + 2):
-        for b in range(k, k + 2):
-            square = 0.0
-            for c in range(3):
-                square += (last[b, c] - first[b, c] - last[a, c] + first[a, c]) ** 2
-            most = max(most, square)
-    return math.sqrt(most)
-
-
-@compiled
-def crossing_places(
-    first: Array, last: Array, arc_lengths: Array, radius: float
-) -> tuple[float, float]:
-    """Return the arc lengths of two places whose axes came nearer than a radius on a move [m].
-
-    NaN if none did. Nodes move straight from ``first`` to ``last`` (n, 3): a rod that turns comes
-    nearer to itself by that, though not by half. A pair advances by as much of the move as it
-    cannot meet in, but by a tenth of a radius at least.
-    """
-    count, apart, along = len(first) - 1, NEIGHBORS * radius, lengths_along(last)
-    longest = max(longest_element(first), longest_element(last))
-    # The next element is nearer to another one by at most its length, and moves by so much more.
-    moves = np.empty_like(first)
-    for i in range(len(first)):
-        for c in range(3):
-            moves[i, c] = last[i, c] - first[i, c]
-    further = longest + longest_element(moves)
-    start = 0
-    for i in range(count):
-        while start < count and not along[start] - along[i + 1] > apart:
-            start += 1
-        k = start
-        while k < count:
-            move = relative_move(first, last, i, k)
-            spare = middles_apart(last, i, k) - longest - move - radius
-            at = 0.0 if spare < 0.0 else 1.0
-            while at < 1.0:
-                distance, x, y = nearest_on(first, last, at, i, k)
-                if distance < radius:
-                    place = (1.0 - x) * arc_lengths[i] + x * arc_lengths[i + 1]
-                    return place, (1.0 - y) * arc_lengths[k] + y * arc_lengths[k + 1]
-                at += max(distance - radius, 0.1 * radius) / max(move, TINY)
-            k += max(1, int(1.0 + spare / further))
-    return np.nan, np.nan
 
 
 @dataclass(slots=True, eq=False)
@@ -322,15 +243,21 @@ class PathLog:
         return RodStatus.SELF_CONTACT if self.self_contact else None
 
     def watch(self, position: float, before: Array, positions: Array, arrays: Arrays) -> None:
-        """Note whether the rod touches itself at a place of the path, or passed itself before."""
+        """Note whether the rod touches itself at a place of the path, or passed itself before.
+
+        Nodes moved straight from ``before`` to ``positions`` (n, 3).
+        """
         if self.self_contact is not None or not arrays.radius > 0.0:
             return
-        arcs, radius = arrays.arc_lengths, arrays.radius
-        distance, first, second = nearest_places(positions, arcs, radius)
-        if distance > 2.0 * radius:
-            nearer = 2.0 * math.sqrt(3.0) * float(np.abs(positions - before).max())
-            if distance - nearer > radius:
+        radius, at, touching = arrays.radius, 1.0, 2.0 * arrays.radius
+        # Two places come nearer by at most this; before the end, axes passed each other if they
+        # came nearer than a radius.
+        nearer = 2.0 * math.sqrt(3.0) * float(np.abs(positions - before).max())
+        while at > 0.0:
+            here = at * positions + (1.0 - at) * before
+            distance, first, second = nearest_places(here, arrays.arc_lengths, radius)
+            if distance <= touching:
+                self.self_contact = SelfContact(position, (float(first), float(second)))
                 return
-            first, second = crossing_places(before, positions, arcs, radius)
-        if math.isfinite(first):
-            self.self_contact = SelfContact(position, (float(first), float(second)))
+            touching = radius
+            at -= max(distance - radius, 0.1 * radius) / max(nearer, TINY)

@@ -152,21 +152,17 @@ class _Compliance:
     def __init__(self, state: RodState, arrays: Arrays) -> None:
         count = arrays.count
         assert state._point is not None  # noqa: S101 - for the type checker; the caller has looked
-        self.x, self.arrays = state._point.x, arrays
         self.bearing, self.assembled = bearing_of(arrays), no_elements(count)
-        assemble(self.x, arrays.elements, self.assembled)
+        assemble(state._point.x, arrays.elements, self.assembled)
+        for imbalance in (self.assembled.gradient, self.assembled.chord):
+            imbalance[:] = 0.0  # what stands still stays where it is
         self.tangent = np.zeros((count + 1, 6, 6))
         stiffness = (arrays.bending / np.diff(arrays.arc_lengths) ** 3).max()
         for axis in range(3, 6):
             self.tangent[state.touching.any(axis=0), axis, axis] = HELD * stiffness
-        self.still = np.zeros((count + 1, 6))
-        self.still = self.times(np.zeros((count + 1, 6)))
 
     def times(self, force: Array) -> Array:
         """Return the small motion (n, 6) under forces on rotations and displacements (n, 6)."""
-        load = -force
-        load[:, 3:] -= self.arrays.nodal[:, 3:]
-        nodal, step = Nodal(load, load, self.tangent), no_step(self.arrays.count)
-        elements = self.arrays.elements
-        eliminate(self.x, elements, self.assembled, nodal, self.bearing, False, step)
-        return step.nodes - self.still
+        nodal, step = Nodal(-force, -force, self.tangent), no_step(len(self.bearing.compliance))
+        eliminate(self.assembled, nodal, self.bearing, False, step)
+        return step.nodes
