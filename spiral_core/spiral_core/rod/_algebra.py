@@ -397,7 +397,8 @@ def quaternions_between(first: Array, second: Array, at: float) -> Array:
 
 def skews(v: Array) -> Array:
     """Return the matrices (n, 3, 3) of a -> v x a."""
-    return np.einsum("ni,ijk->njk", v, SKEWS)
+    found: Array = np.einsum("ni,ijk->njk", v, SKEWS)
+    return found
 
 
 SKEWS = np.array((((0, 0, 0), (0, 0, -1), (0, 1, 0)), ((0, 0, 1), (0, 0, 0), (-1, 0, 0)),

@@ -5,15 +5,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from itertools import pairwise
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._element import Elements
 from spiral_core.rod._profiles import (
     SURVEY_SITES,
     pieces,
+    section_samples,
     sites_in,
     stiffness_samples,
     uniform_rod,
@@ -21,7 +24,7 @@ from spiral_core.rod._profiles import (
     vector_samples,
 )
 from spiral_core.rod._system import System, discrete_strain_scale, uniform_system
-from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad
+from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad, Section, section_parts
 
 # Elements in each piece of a rod.
 Counts: TypeAlias = tuple[int, ...]
@@ -185,72 +188,114 @@ def rest_turns(rod: Rod) -> list[float]:
     return turns
 
 
-# What the coupling adds to K u: the twist's share to bending about z, and the other way round.
-COUPLED = np.array([1.0, 0.0, 1.0])
+# Properties are looked at this fraction of an element inside of its ends, since they may jump.
+INSIDE = 1e-9
+# Where the four numbers of a section stand in its stiffness matrix.
+ROWS, COLUMNS = (0, 1, 2, 0), (0, 1, 2, 2)
 
 
-def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:
-    """Return ``rod`` and ``load`` on ``counts`` elements in each piece.
+class Samples(NamedTuple):
+    """A rod at the start, the middle and the end of each of N elements.
+
+    Attributes:
+        sites: (N, 3) arc lengths [m].
+        stiffness: (N, 3, 3, 3) of twist and bending [N m^2].
+        compliance: likewise, to the internal force [1/N].
+        coupling: likewise, moment by the internal force [m].
+        rest: (N, 3, 3) rest strain u* [1/m].
+        seen: likewise, as an element of one strain sees it.
+    """
+
+    sites: Array
+    stiffness: Array
+    compliance: Array
+    coupling: Array
+    rest: Array
+    seen: Array
+
+    @property
+    def moment(self) -> Array:
+        """K times the rest strain that an element sees (N, 3, 3) [N m]."""
+        moment: Array = np.einsum("nkij,nkj->nki", self.stiffness, self.seen)
+        return moment
+
+    def rest_energy(self, steps: Array) -> float:
+        """Return the energy without strain [J] of elements of lengths (N,) [m]."""
+        density = np.einsum("nki,nki->nk", self.moment, self.seen)
+        return 0.5 * float(steps @ mean_of(density))
+
+
+def sampled(rod: Rod, nodes: Array) -> Samples:
+    """Return what describes a rod on elements that end at the nodes (N + 1,) [m].
 
     Raises:
         InvalidInputError: a profile's values have the wrong shape, are not finite or not positive.
     """
+    steps = np.diff(nodes)
+    sites = nodes[:-1, None] + steps[:, None] * np.array((INSIDE, 0.5, 1.0 - INSIDE))
+    if isinstance(rod.section, Section):
+        parts = [np.tile(part, (sites.size, 1, 1)) for part in rod.section.parts]
+    else:
+        given = section_samples(rod, sites.ravel())
+        parts = [*section_parts(given[:, :, None] * np.eye(3) if given.ndim == 2 else given)]
+    stiffness, compliance, coupling = (part.reshape(-1, 3, 3, 3) for part in parts)
+    rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(-1, 3, 3)
+    angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
+    seen = rest * strain_scales(angles)[:, :, None]
+    return Samples(sites, stiffness, compliance, coupling, rest, seen)
+
+
+@compiled
+def strain_scales(angles: Array) -> Array:
+    """Return by what factors elements see strains that turn them by the angles (n, 3) [rad]."""
+    scales = np.empty_like(angles)
+    for e in range(len(angles)):
+        for k in range(3):
+            scales[e, k] = discrete_strain_scale(angles[e, k])
+    return scales
+
+
+def mean_of(samples: Array) -> Array:
+    """Return the means over elements of samples at start, middle and end (N, 3, ...)."""
+    mean: Array = (samples[:, 0] + 4.0 * samples[:, 1] + samples[:, 2]) / 6.0
+    return mean
+
+
+def slope_of(samples: Array, steps: Array) -> Array:
+    """Return the slopes between the ends of elements of lengths (N,) [m]."""
+    return np.ascontiguousarray(((samples[:, 2] - samples[:, 0]).T / steps).T)
+
+
+def even_nodes(ends: Sequence[float], counts: Counts) -> Array:
+    """Return the nodes' arc lengths, even in each piece between the ends [m]."""
+    pairs = zip(pairwise(ends), counts, strict=True)
+    parts = [np.linspace(a, b, count, endpoint=False) for (a, b), count in pairs]
+    return np.append(np.concatenate(parts), ends[-1])
+
+
+def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:
+    """Return a rod and its load on ``counts`` elements in each piece; raises as :func:`sampled`."""
     if not varies(rod, load):
         return uniform_system(sum(counts), uniform_rod(rod, load))
-    parts = [_piece(rod, load, *each) for each in zip(pieces(rod), counts, strict=True)]
-    elements, steps, weights, stiffness, moments, energies = zip(*parts, strict=True)
-    h, mean_weights = np.concatenate(steps), np.concatenate([_simpson(w) for w in weights])
-    force = np.empty((len(h) + 1, 3))
+    nodes = even_nodes((0.0, *rod.breaks, rod.length), counts)
+    steps, at = np.diff(nodes), sampled(rod, nodes)
+    weight = vector_samples("distributed", load.distributed, at.sites.ravel()).reshape(-1, 3, 3)
+    force = np.empty((len(nodes), 3))
     force[-1] = load.tip_force
-    force[:-1] = force[-1] + np.cumsum((h[:, None] * mean_weights)[::-1], axis=0)[::-1]
+    force[:-1] = force[-1] + np.cumsum((steps[:, None] * mean_of(weight))[::-1], axis=0)[::-1]
+    stiffness, moment = at.stiffness[:, :, ROWS, COLUMNS], at.moment
+    unseen = np.einsum("nkij,nkj->nki", at.stiffness, at.rest)
     return System(
         force=force,
-        load_start=np.concatenate([w[:-2:2] for w in weights]),
-        load_end=np.concatenate([w[2::2] for w in weights]),
+        load_start=weight[:, 0].copy(),
+        load_end=weight[:, 2].copy(),
         tip_moment=np.array(load.tip_moment, dtype=np.float64),
-        elements=Elements(*(np.concatenate(columns) for columns in zip(*elements, strict=True))),
-        steps=h,
-        node_stiffness=_nodal(stiffness),
-        node_rest=_nodal(moments),
-        rest_energy=math.fsum(energies),
+        elements=Elements(
+            *(mean_of(part) for part in (stiffness, moment)),
+            *(slope_of(part, steps) for part in (stiffness, moment)),
+        ),
+        steps=steps,
+        node_stiffness=np.concatenate((stiffness[:, 0], stiffness[-1:, 2])),
+        node_rest=np.concatenate((unseen[:, 0], unseen[-1:, 2])),
+        rest_energy=at.rest_energy(steps),
     )
-
-
-def _nodal(samples: Sequence[Array]) -> Array:
-    """Return the values at the nodes (N + 1, k), of pieces' samples at nodes and midpoints."""
-    return np.concatenate([part[:-1:2] for part in samples] + [samples[-1][-1:]])
-
-
-def _piece(
-    rod: Rod, load: RodLoad, piece: tuple[float, float], count: int
-) -> tuple[Elements, Array, Array, Array, Array, float]:
-    """Return one piece's elements, their steps (n,), its load, K, K u* and rest energy.
-
-    Load (2 n + 1, 3), K (2 n + 1, 4) and K u* (2 n + 1, 3) are at nodes and midpoints; Simpson's
-    means over elements keep the order.
-    """
-    h = (piece[1] - piece[0]) / count
-    sites = sites_in(rod, piece, 2 * count + 1)
-    stiffness = stiffness_samples(rod, sites)
-    rest_strain = vector_samples("rest_strain", rod.rest_strain, sites)
-    angles = h * np.sqrt(np.sum(rest_strain**2, axis=1))
-    scales = np.array([discrete_strain_scale(float(angle)) for angle in angles])[:, None]
-    moment = stiffness[:, :3] * rest_strain + stiffness[:, 3:] * COUPLED * rest_strain[:, ::-1]
-    (mean, slope), (rest, rest_slope) = (
-        (_simpson(part), np.diff(part[::2], axis=0) / h) for part in (stiffness, scales * moment)
-    )
-    density = np.sum(scales**2 * moment * rest_strain, axis=1)
-    return (
-        Elements(mean, rest, slope, rest_slope),
-        np.full(count, h),
-        vector_samples("distributed", load.distributed, sites),
-        stiffness,
-        moment,
-        0.5 * h * float(np.sum(_simpson(density[:, None]))),
-    )
-
-
-def _simpson(samples: Array) -> Array:
-    """Return the means over the elements (n, k) of samples at nodes and midpoints (2 n + 1, k)."""
-    means: Array = (samples[:-2:2] + 4.0 * samples[1:-1:2] + samples[2::2]) / 6.0
-    return means

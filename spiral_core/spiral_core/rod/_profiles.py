@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -165,15 +166,10 @@ def require_continuous(rod: Rod, load: RodLoad) -> None:
     """
     samplers: dict[str, Callable[[Array], Array]] = {}
     if callable(rod.section):
-        samplers["section"] = lambda sites: section_samples(rod, sites)
-    if callable(rod.rest_strain):
-        samplers["rest_strain"] = lambda sites: vector_samples(
-            "rest_strain", rod.rest_strain, sites
-        )
-    if callable(load.distributed):
-        samplers["distributed"] = lambda sites: vector_samples(
-            "distributed", load.distributed, sites
-        )
+        samplers["section"] = partial(section_samples, rod)
+    for field, profile in (("rest_strain", rod.rest_strain), ("distributed", load.distributed)):
+        if callable(profile):
+            samplers[field] = partial(vector_samples, field, profile)
     for field, sample in samplers.items():
 
         def values(sites: Array, sample: Callable[[Array], Array] = sample) -> Array:

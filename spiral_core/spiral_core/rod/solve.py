@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
-from spiral_core.rod._algebra import resample
+from spiral_core.rod._algebra import composed, resample
 from spiral_core.rod._continuation import (
     SolvedRod,
     solve_system,
@@ -253,9 +253,8 @@ def checked_start(start: object) -> tuple[Array, Array]:
 
 def _from_base(q: Array) -> Array:
     """Return orientations (n, 4) as they are seen from the first: a rod clamped in the frame."""
-    back, w = -q[0, :3], q[0, 3]
-    turned = w * q[:, :3] + q[:, 3:] * back + np.cross(back, q[:, :3])
-    return np.column_stack((turned, w * q[:, 3] - q[:, :3] @ back))
+    back = q[:1] * (-1.0, -1.0, -1.0, 1.0)
+    return composed(np.repeat(back, len(q), axis=0), q)
 
 
 def _resampled(q: Array, arcs: Array, new_arcs: Array) -> Array:
@@ -324,8 +323,8 @@ def with_error_estimate(rod: Rod, load: RodLoad, counts: Counts, state: RodState
     enough = element_counts(rod, load)
     pairs = list(zip(counts, enough, strict=True))
     finer = max(math.ceil(max(2 * count, most) / count) for count, most in pairs)
-    halved = all(count % 2 == 0 and count >= most for count, most in pairs)
     given = (rod.section, rod.rest_strain, load.distributed)
+    halved = all(count % 2 == 0 and count >= most for count, most in pairs)
     if (halved and not any(map(callable, given))) or finer * sum(counts) > MAX_ELEMENTS:
         other = tuple(max(1, count // 2) for count in counts)
         stride, other_stride, factor = 2, 1, 1.0 / RICHARDSON

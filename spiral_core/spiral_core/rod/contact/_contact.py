@@ -61,7 +61,7 @@ from spiral_core.rod._algebra import (
     vector_from,
     with_transpose,
 )
-from spiral_core.rod.contact.obstacles import Obstacle, frame_of, seen_from
+from spiral_core.rod.contact.obstacles import Obstacle, frame_of, in_base_frame, seen_from
 
 # A node sticks while its slip is below this many elastic slips.
 STICK_SLIPS = 2.0
@@ -474,8 +474,7 @@ def carried(
             size = np.sqrt(np.sum(lag * lag, axis=1))
             most = STICK_SLIPS * slip
             lag *= (most / np.maximum(size, most))[:, None]
-        local = seen_from(old, x.p + arm - lag)
-        points[j] = local @ frame_of(new).T + np.asarray(new.position)
+        points[j] = in_base_frame(new, seen_from(old, x.p + arm - lag))
         arms[j] = np.einsum("nji,nj->ni", turn, arm)
     return Anchors(points, arms, lever)
 

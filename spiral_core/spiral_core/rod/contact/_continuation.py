@@ -21,6 +21,8 @@ from spiral_core.rod._algebra import (
     dot,
     matrices,
     normalized,
+    put_vector,
+    quaternion_at,
     quaternion_product,
     quaternions_between,
     to_base,
@@ -28,12 +30,18 @@ from spiral_core.rod._algebra import (
     turned,
     vector_at,
 )
-from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, distances, empty
+from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, empty
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
-from spiral_core.rod.contact._newton import CONVERGED, UNSTABLE, Newton, Solution
-from spiral_core.rod.contact.obstacles import passes_through, seen_from
-from spiral_core.rod.contact.problem import Clamped, Free, Guided, RodProblem
-from spiral_core.rod.types import Array
+from spiral_core.rod.contact._newton import (
+    CONVERGED,
+    UNSTABLE,
+    Newton,
+    Solution,
+    contacts_at,
+)
+from spiral_core.rod.contact.obstacles import Quaternion, passes_through, seen_from
+from spiral_core.rod.contact.problem import Free, RodProblem
+from spiral_core.rod.types import ZERO, Array
 
 # In one increment a node moves by at most this fraction of an obstacle's arc, or its distance from
 # it, so that it cannot change sides; and of the rod's length, so that a jump is seen as one.
@@ -108,14 +116,6 @@ class Drag:
         tangent[:, every[3:], every[3:]] += self.weight
 
 
-def gaps_at(here: Point) -> list[Array]:
-    """Return the gaps of the nodes to each obstacle (N + 1,) [m]."""
-    if here.solution.contacts:
-        return [contact.gap for contact in here.solution.contacts]
-    arrays = here.arrays
-    return [distances(obstacle, here.x.p, arrays.radius)[0] for obstacle in arrays.obstacles]
-
-
 def largest_moves(here: Point) -> Array:
     """Return how far each node may move in an increment (N + 1,) [m].
 
@@ -123,9 +123,9 @@ def largest_moves(here: Point) -> Array:
     """
     arrays = here.arrays
     moves = np.full(arrays.count + 1, LARGEST_MOVE * arrays.length)
-    for obstacle, gap in zip(arrays.obstacles, gaps_at(here), strict=True):
+    for obstacle, contact in zip(arrays.obstacles, here.solution.contacts, strict=True):
         arc = LARGEST_ARC * (obstacle.shape.feature_radius + arrays.radius)
-        moves = np.minimum(moves, np.maximum(arc, gap))
+        moves = np.minimum(moves, np.maximum(arc, contact.gap))
     return moves
 
 
@@ -137,14 +137,14 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
     """
     moves = np.sqrt(np.sum((positions - here.x.p) ** 2, axis=1))
     fraction = float(moves.max()) / (LARGEST_MOVE * arrays.length)
-    pairs = zip(here.arrays.obstacles, arrays.obstacles, strict=True)
-    for (old, new), gap in zip(pairs, gaps_at(here), strict=True):
+    contacts = here.solution.contacts
+    for old, new, contact in zip(here.arrays.obstacles, arrays.obstacles, contacts, strict=True):
         seen = moves
         if (old.position, old.orientation) != (new.position, new.orientation):
             seen = seen_from(new, positions) - seen_from(old, here.x.p)
             seen = np.sqrt(np.sum(seen * seen, axis=1))
         arc = LARGEST_ARC * (old.shape.feature_radius + arrays.radius)
-        fraction = max(fraction, float(np.max(seen / np.maximum(arc, gap))))
+        fraction = max(fraction, float(np.max(seen / np.maximum(arc, contact.gap))))
         if passes_through(old, new, here.x.p, positions):
             fraction = max(fraction, THROUGH)
     return fraction
@@ -233,22 +233,25 @@ def _change(first: Arrays, last: Arrays) -> Array:
     """Return how much the quantities differ that a way may change, each in a scale of its own."""
     bending, length = first.bending, first.length
     force = bending / length**2
-    parts = [
-        (last.elements.stiffness - first.elements.stiffness) / bending,
-        (last.elements.compliance - first.elements.compliance) / bending,
-        (last.elements.rest - first.elements.rest) * (length / bending),
-        (last.elements.rest_slope - first.elements.rest_slope) * (length / bending),
-        (last.elements.half_load - first.elements.half_load) / force,
-        (last.nodal - first.nodal) / np.repeat((force * length, force), 3),
-        (last.end_positions - first.end_positions) / length,
-        last.end_orientations - first.end_orientations,
-    ]
-    for a, b in zip(first.obstacles, last.obstacles, strict=True):
-        parts.append((np.array(b.position) - np.array(a.position)) / length)
-        parts.append(
-            np.array((*b.orientation, b.friction)) - np.array((*a.orientation, a.friction))
-        )
-    return np.concatenate([part.ravel() for part in parts])
+
+    def quantities(arrays: Arrays) -> Array:
+        elements = arrays.elements
+        parts = [
+            elements.stiffness / bending,
+            elements.compliance / bending,
+            elements.rest * (length / bending),
+            elements.rest_slope * (length / bending),
+            elements.half_load / force,
+            arrays.nodal / np.repeat((force * length, force), 3),
+            arrays.end_positions / length,
+            arrays.end_orientations,
+        ]
+        for obstacle in arrays.obstacles:
+            place = np.array(obstacle.position) / length
+            parts += [place, np.array((*obstacle.orientation, obstacle.friction))]
+        return np.concatenate([part.ravel() for part in parts])
+
+    return quantities(last) - quantities(first)
 
 
 def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
@@ -354,12 +357,6 @@ def tried(here: Point) -> Point:
     return replace(here, x=x, solution=solution)
 
 
-def beyond(here: Point, end: Arrays, first: Arrays, smallest: float) -> tuple[float, Arrays]:
-    """Return the problem just beyond the end of a branch."""
-    at = min(1.0, here.at + smallest)
-    return at, between(first, end, at)
-
-
 # Loads bend a rod to no side if what is across it, of them all, is at most this fraction.
 NO_SIDE = 1e-6
 # Then it is bent by this angle while they come on [rad]: by its rest strain, or towards its y axis.
@@ -370,21 +367,20 @@ TOWARDS_Y = (0.0, 0.0, 1.0)
 def straight(problem: RodProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
     """Return the straight unloaded rod, and its problem: no loads, no rest strain."""
     base, tip = problem.base, problem.tip
-    if isinstance(base, Free):
-        origin, along = _from_tip(problem)
-    else:
-        origin = np.asarray(base.position, dtype=np.float64)
-        along = None
-        if not isinstance(tip, Free):
-            span = np.asarray(tip.position, dtype=np.float64) - origin
-            along = span / max(float(np.linalg.norm(span)), 1e-300)
-    held = base.orientation if isinstance(base, (Clamped, Guided)) else None
-    if held is not None:
-        q = np.asarray(held, dtype=np.float64)
-        along = matrices(q[None])[0][:, 0]
-    else:
-        along = np.array((1.0, 0.0, 0.0)) if along is None else along
-        q = turn_to(along)
+    begin, end = getattr(base, "position", None), getattr(tip, "position", None)
+    turn, last = getattr(base, "orientation", None), getattr(tip, "orientation", None)
+    along = np.array(TANGENT)
+    if turn is not None:
+        along = _axis_of(turn)
+    elif begin is not None and end is not None:
+        span = np.asarray(end, dtype=np.float64) - begin
+        along = span / max(float(np.linalg.norm(span)), 1e-300)
+    elif begin is None and last is not None:
+        along = _axis_of(last)
+    if begin is None:
+        begin = ZERO if end is None else np.asarray(end) - problem.rod.length * along
+    origin = np.asarray(begin, dtype=np.float64)
+    q = turn_to(along) if turn is None else np.asarray(turn, dtype=np.float64)
     count = arrays.count
     points = origin + arrays.arc_lengths[:, None] * along
     x = empty(count, len(arrays.obstacles), np.tile(q, (count + 1, 1)), points)
@@ -436,15 +432,10 @@ def _is_column(arrays: Arrays, straight: Iterate) -> bool:
     return compressed and float(sideways) <= NO_SIDE * float(np.abs(axial).sum())
 
 
-def _from_tip(problem: RodProblem) -> tuple[Array, Array]:
-    """Return where a rod held by its tip alone begins, and along what it runs."""
-    tip = problem.tip
-    if isinstance(tip, Free):
-        return np.zeros(3), np.array((1.0, 0.0, 0.0))
-    along = np.array((1.0, 0.0, 0.0))
-    if isinstance(tip, (Clamped, Guided)) and tip.orientation is not None:
-        along = matrices(np.array([tip.orientation], dtype=np.float64))[0][:, 0]
-    return np.asarray(tip.position, dtype=np.float64) - problem.rod.length * along, along
+def _axis_of(orientation: Quaternion) -> Array:
+    """Return the x axis (3,) of a section so turned."""
+    axis: Array = matrices(np.array([orientation]))[0][:, 0]
+    return axis
 
 
 def from_centerline(problem: RodProblem, arrays: Arrays, points: Array) -> Iterate:
@@ -471,8 +462,7 @@ def from_centerline(problem: RodProblem, arrays: Arrays, points: Array) -> Itera
     chords /= np.sqrt(np.sum(chords**2, axis=1))[:, None]
     tangents = np.vstack((chords[:1], chords[:-1] + chords[1:], chords[-1:]))
     tangents /= np.sqrt(np.sum(tangents**2, axis=1))[:, None]
-    base = problem.base
-    held = base.orientation if isinstance(base, (Clamped, Guided)) else None
+    held = getattr(problem.base, "orientation", None)
     frame = turn_to(tangents[0]) if held is None else np.asarray(held, dtype=np.float64)
     q = np.vstack((frame, _carried(frame, tangents[1:])))
     return empty(arrays.count, len(arrays.obstacles), q, p)
@@ -481,10 +471,10 @@ def from_centerline(problem: RodProblem, arrays: Arrays, points: Array) -> Itera
 def unsolved(arrays: Arrays, x: Iterate) -> Point:
     """Return a point whose equilibrium has not been looked for."""
     anchors = carried(x, None, arrays.obstacles, arrays.obstacles, arrays.lever, 0.0)
-    nothing = Solution(
-        UNSTABLE, 0, math.nan, math.inf, math.nan, np.zeros((arrays.count + 1, 6)),
-        np.zeros((arrays.count + 1, 3)), (),
-    )  # fmt: skip
+    nodes = arrays.count + 1
+    contacts = contacts_at(x, arrays, np.ones(nodes, dtype=np.bool_), anchors)
+    imbalance, moments = np.zeros((nodes, 6)), np.zeros((nodes, 3))
+    nothing = Solution(UNSTABLE, 0, math.nan, math.inf, math.nan, imbalance, moments, contacts)
     return Point(0.0, arrays, x, anchors, nothing)
 
 
@@ -494,9 +484,7 @@ def halved(here: Point, arrays: Arrays) -> Iterate:
     x = empty(count, len(arrays.obstacles), np.empty((count + 1, 4)), np.empty((count + 1, 3)))
     x.q[::2], x.p[::2] = old.q, old.p
     x.q[1::2] = quaternions_between(old.q[:-1], old.q[1:], 0.5)
-    legs = np.sqrt(np.sum(np.diff(old.p, axis=0) ** 2, axis=1))[:, None]
-    tangents = matrices(old.q)[:, :, 0]
-    x.p[1::2] = 0.5 * (old.p[:-1] + old.p[1:]) + 0.125 * legs * (tangents[:-1] - tangents[1:])
+    x.p[1::2] = 0.5 * (old.p[:-1] + old.p[1:])
     x.n[::2], x.n[1::2] = old.n + 0.5 * half, old.n - 0.5 * half
     x.normal[:, ::2] = 0.5 * old.normal
     x.normal[:, 1::2] = 0.25 * (old.normal[:, :-1] + old.normal[:, 1:])
@@ -516,7 +504,7 @@ def _carried(first: Array, directions: Array) -> Array:
     That takes its x axis to the next of the unit vectors ``directions`` (n, 3).
     """
     q = np.empty((len(directions), 4))
-    here = (first[0], first[1], first[2], first[3])
+    here = quaternion_at(first.reshape(1, 4), 0)
     for e in range(len(directions)):
         tangent, direction = to_base(here, TANGENT), vector_at(directions, e)
         x, y, z = cross(tangent, direction)
@@ -525,6 +513,5 @@ def _carried(first: Array, directions: Array) -> Array:
             x, y, z = to_base(here, (0.0, 1.0, 0.0))
             w = 0.0
         here = normalized(quaternion_product((x, y, z, w), here))
-        for i in range(4):
-            q[e, i] = here[i]
+        put_vector(q[e], 0, here)
     return q

@@ -11,14 +11,13 @@ from typing import Any
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import quaternions_between
-from spiral_core.rod._profiles import section_samples, vector_samples
-from spiral_core.rod._system import discrete_strain_scale
+from spiral_core.rod._mesh import Samples, even_nodes, mean_of, sampled, slope_of
+from spiral_core.rod._profiles import vector_samples
 from spiral_core.rod.contact._element import Elements
-from spiral_core.rod.contact.obstacles import Obstacle, obstacle_between
-from spiral_core.rod.contact.problem import UPRIGHT, Clamped, End, Guided, Pinned, RodProblem
-from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, Section, section_parts
+from spiral_core.rod.contact.obstacles import Obstacle, Quaternion, obstacle_between
+from spiral_core.rod.contact.problem import UPRIGHT, End, RodProblem
+from spiral_core.rod.types import MAX_ELEMENTS, ZERO, Array, Vector
 
 # Elements turn by at most this angle at rest [rad], and are at most this long, in radii of the
 # tightest obstacle's arc.
@@ -33,8 +32,6 @@ TENSION = 0.3
 LAST_SLIP = 1e-6
 # Places are one if they are this near, as a fraction of the rod's length.
 ON_A_NODE = 1e-9
-# Properties are looked at this fraction of an element inside of its ends, since they may jump.
-INSIDE = 1e-9
 # What is blended as it is between two problems.
 LINEAR = ("nodal", "growing", "arc_lengths", "end_positions", "rest_energy", "bending", "lever")
 
@@ -138,7 +135,7 @@ def discretize(problem: RodProblem, count: int) -> Arrays:
             obstacle.
     """
     pieces = shared(problem, count)
-    nodes = _nodes(problem, pieces)
+    nodes = even_nodes(_sites(problem), pieces)
     if not np.diff(nodes).max() <= LONGEST_ARC * smallest_arc(problem):
         fewest = math.ceil(problem.rod.length / (LONGEST_ARC * smallest_arc(problem)))
         raise InvalidInputError("elements", count, f"at least {fewest} to see the obstacles")
@@ -165,20 +162,19 @@ def discretize_like(problem: RodProblem, before: Arrays) -> Arrays:
         if len(_sites(problem)) != len(before.pieces) + 1:
             requirement = "as many breaks and point loads in all of them, or loads at nodes"
             raise InvalidInputError("problems", problem, requirement)
-        nodes = _nodes(problem, before.pieces)
+        nodes = even_nodes(_sites(problem), before.pieces)
     return on_nodes(problem, nodes, before.pieces)
 
 
 def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arrays:
     """Return the arrays of a problem whose elements end at the arc lengths ``nodes`` [m]."""
-    rod = problem.rod
-    steps = np.diff(nodes)
-    sites = nodes[:-1, None] + steps[:, None] * np.array((INSIDE, 0.5, 1.0 - INSIDE))
-    elements, rest_energy, bending = _elements(rod, sites, steps)
-    weight = vector_samples("distributed", problem.load.distributed, sites.ravel())
+    rod, steps, at = problem.rod, np.diff(nodes), sampled(problem.rod, nodes)
+    elements = _elements(at, steps)
+    bending = float(np.linalg.eigvalsh(elements.stiffness[:, 1:, 1:]).min())
+    weight = vector_samples("distributed", problem.load.distributed, at.sites.ravel())
     weight = weight.reshape(-1, 3, 3)
-    ends = [_end(problem.base), _end(problem.tip)]
-    half_load, nodal = 0.5 * steps[:, None] * _simpson(weight), _nodal(problem, nodes)
+    free, orientations, places = zip(_end(problem.base), _end(problem.tip), strict=True)
+    half_load, nodal = 0.5 * steps[:, None] * mean_of(weight), _nodal(problem, nodes)
     # The part of a load that grows along its element has no sum, but a moment.
     growing = steps[:, None] * (weight[:, 2] - weight[:, 0]) / 12.0
     nodal[:-1, 3:] -= growing
@@ -190,10 +186,10 @@ def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arra
         nodal=nodal,
         growing=growing,
         arc_lengths=nodes,
-        end_free=np.array([end[0] for end in ends]),
-        end_orientations=np.array([end[1] for end in ends], dtype=np.float64),
-        end_positions=np.array([end[2] for end in ends], dtype=np.float64),
-        rest_energy=rest_energy,
+        end_free=np.array(free),
+        end_orientations=np.array(orientations, dtype=np.float64),
+        end_positions=np.array(places, dtype=np.float64),
+        rest_energy=at.rest_energy(steps),
         bending=bending,
         radius=float(rod.radius),
         lever=float(rod.radius if rod.friction_radius is None else rod.friction_radius),
@@ -228,13 +224,11 @@ def between(first: Arrays, last: Arrays, at: float) -> Arrays:
 
 def free_between(first: Array, last: Array, at: float) -> Array:
     """Return the free motions of an end of one kind; the line of a guided one turns."""
-    if np.array_equal(first, last) or round(np.trace(first)) != round(np.trace(last)):
+    if np.array_equal(first, last):
         return last
-    lines = [free[3:, np.argmax(np.diag(free)[3:]) + 3] for free in (first, last)]
-    lines = [line / np.sqrt(line @ line) for line in lines]
-    line = (1.0 - at) * lines[0] + at * (lines[1] if lines[0] @ lines[1] >= 0.0 else -lines[1])
     free = last.copy()
-    free[3:, 3:] = np.outer(line, line) / (line @ line)
+    line = np.linalg.eigh((1.0 - at) * first[3:, 3:] + at * last[3:, 3:])[1][:, -1]
+    free[3:, 3:] = np.outer(line, line)
     return free
 
 
@@ -261,53 +255,22 @@ def shared(problem: RodProblem, count: int) -> tuple[int, ...]:
     return tuple(max(1, math.ceil((b - a) / step - 1e-9)) for a, b in pairwise(_sites(problem)))
 
 
-def _nodes(problem: RodProblem, pieces: tuple[int, ...]) -> Array:
-    """Return the nodes' arc lengths, even in each piece [m]."""
-    ends = zip(pairwise(_sites(problem)), pieces, strict=True)
-    parts = [np.linspace(a, b, count, endpoint=False) for (a, b), count in ends]
-    return np.append(np.concatenate(parts), problem.rod.length)
-
-
-def _elements(rod: Rod, sites: Array, steps: Array) -> tuple[Elements, float, float]:
-    """Return elements without load, the energy that they leave out, the least bending stiffness."""
-    count = len(steps)
-    if isinstance(rod.section, Section):
-        parts = [np.tile(part, (3 * count, 1, 1)) for part in rod.section.parts]
-    else:
-        given = section_samples(rod, sites.ravel())
-        parts = [*section_parts(given[:, :, None] * np.eye(3) if given.ndim == 2 else given)]
-    stiffness, compliance, coupling = (part.reshape(-1, 3, 3, 3) for part in parts)
-    rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(count, 3, 3)
-    angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
-    seen = rest * strain_scales(angles)[:, :, None]
-    moment = np.einsum("nkij,nkj->nki", stiffness, seen)
-    mean = _simpson(stiffness)
-    coupled = np.sum(coupling * seen[:, :, :, None], axis=2)  # B^T u*
-    elements = Elements(
+def _elements(at: Samples, steps: Array) -> Elements:
+    """Return elements without load."""
+    moment, mean = at.moment, mean_of(at.stiffness)
+    coupled = np.sum(at.coupling * at.seen[:, :, :, None], axis=2)  # B^T u*
+    return Elements(
         steps=steps,
         stiffness=mean,
-        stiffness_slope=(stiffness[:, 2] - stiffness[:, 0]) / steps[:, None, None],
+        stiffness_slope=slope_of(at.stiffness, steps),
         flexibility=np.zeros_like(mean),
-        compliance=_simpson(compliance),
-        coupling=_simpson(coupling),
-        rest=_simpson(moment),
-        rest_slope=(moment[:, 2] - moment[:, 0]) / steps[:, None],
-        rest_stretch=_simpson(coupled),
-        half_load=np.zeros((count, 3)),
+        compliance=mean_of(at.compliance),
+        coupling=mean_of(at.coupling),
+        rest=mean_of(moment),
+        rest_slope=slope_of(moment, steps),
+        rest_stretch=mean_of(coupled),
+        half_load=np.zeros((len(steps), 3)),
     )
-    energy = 0.5 * float(steps @ _simpson(np.einsum("nki,nki->nk", moment, seen)))
-    bending = float(np.linalg.eigvalsh(mean[:, 1:, 1:]).min())
-    return elements, energy, bending
-
-
-@compiled
-def strain_scales(angles: Array) -> Array:
-    """Return by what factors elements see strains that turn them by the angles (n, 3) [rad]."""
-    scales = np.empty_like(angles)
-    for e in range(len(angles)):
-        for k in range(3):
-            scales[e, k] = discrete_strain_scale(angles[e, k])
-    return scales
 
 
 def _flexibility(stiffness: Array, added: Array) -> Array:
@@ -333,23 +296,13 @@ def _nodal(problem: RodProblem, nodes: Array) -> Array:
     return nodal
 
 
-def _end(end: End) -> tuple[Array, tuple[float, ...], tuple[float, ...]]:
+def _end(end: End) -> tuple[Array, Quaternion, Vector]:
     """Return the projection onto an end's free motions, its orientation and position."""
-    free = np.eye(6)
-    if isinstance(end, Pinned):
-        free[3:, 3:] = 0.0
-        return free, UPRIGHT, end.position
-    if isinstance(end, Clamped):
-        return np.zeros((6, 6)), end.orientation, end.position
-    if isinstance(end, Guided):
-        free[3:, 3:] = np.outer(end.direction, end.direction)
-        if end.orientation is not None:
-            free[:3, :3] = 0.0
-        return free, end.orientation or UPRIGHT, end.position
-    return free, UPRIGHT, (0.0, 0.0, 0.0)
-
-
-def _simpson(samples: Array) -> Array:
-    """Return the means over the elements of samples at start, middle and end (axis 1)."""
-    mean: Array = (samples[:, 0] + 4.0 * samples[:, 1] + samples[:, 2]) / 6.0
-    return mean
+    free, orientation = np.eye(6), getattr(end, "orientation", None)
+    position = getattr(end, "position", None)
+    if position is not None:
+        line = getattr(end, "direction", ZERO)
+        free[3:, 3:] = np.outer(line, line)
+    if orientation is not None:
+        free[:3, :3] = 0.0
+    return free, orientation or UPRIGHT, position or ZERO

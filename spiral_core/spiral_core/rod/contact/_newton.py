@@ -383,6 +383,14 @@ def bearing_of(arrays: Arrays) -> Bearing:
     return Bearing(arrays.end_free, compliance, arrays.step)
 
 
+def contacts_at(
+    x: Iterate, arrays: Arrays, touchable: NDArray[np.bool_], anchors: Anchors
+) -> tuple[Contact, ...]:
+    """Return the contact with each obstacle at an iterate, its laws not yet evaluated."""
+    obstacles = enumerate(arrays.obstacles)
+    return tuple(Contact(x, j, each, arrays.radius, touchable, anchors) for j, each in obstacles)
+
+
 class Newton:
     """One solve of a problem, from an iterate that is changed in place."""
 
@@ -528,10 +536,7 @@ class Newton:
         """Assemble and eliminate at the iterate; a Hessian that is not positive is shifted."""
         arrays, x, law = self.arrays, self.x, self.law
         nodal = self._loads()
-        contacts = tuple(
-            Contact(x, j, obstacle, arrays.radius, self.touchable, self.anchors)
-            for j, obstacle in enumerate(arrays.obstacles)
-        )
+        contacts = contacts_at(x, arrays, self.touchable, self.anchors)
         for contact in contacts:
             contact.add(law, nodal)
         energy = assemble(x, arrays.elements, self.elements)

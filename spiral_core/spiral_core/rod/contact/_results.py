@@ -21,7 +21,7 @@ from spiral_core.rod._algebra import (
     vector_at,
 )
 from spiral_core.rod.contact._contact import TINY, Iterate
-from spiral_core.rod.contact._continuation import Point, from_centerline, gaps_at
+from spiral_core.rod.contact._continuation import Point, from_centerline
 from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
 from spiral_core.rod.contact.problem import RodProblem
@@ -113,8 +113,6 @@ def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
     shape = (len(arrays.obstacles), arrays.count + 1)
     normal_forces, gaps = np.zeros(shape), np.zeros(shape)
     forces, sticking = np.zeros((*shape, 3)), np.zeros(shape, dtype=bool)
-    if not point.solution.contacts:  # nothing was solved
-        return normal_forces, np.array(gaps_at(point)).reshape(shape), forces, sticking
     for j, contact in enumerate(point.solution.contacts):
         gaps[j], normal = contact.gap, contact.normal
         normal_forces[j] = x.normal[j] * contact.touchable

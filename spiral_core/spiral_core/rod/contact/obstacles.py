@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod._algebra import matrices, quaternions_between
+from spiral_core.rod._algebra import composed, matrices, quaternions_between
 from spiral_core.rod.contact.shapes import Array, Range, Shape
 from spiral_core.rod.types import Vector
 from spiral_core.validation import require_finite, require_unit_vector, require_vector
@@ -64,18 +64,11 @@ class Obstacle:
         shift = require_vector("translation", translation, 3)
         turn = require_vector("rotation", rotation, 3)
         angle = math.hypot(*turn)
-        half = 0.5 * angle
-        s = math.sin(half) / angle if angle > 0.0 else 0.5
-        a = (s * turn[0], s * turn[1], s * turn[2], math.cos(half))
-        b = self.orientation
-        product = (
-            a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-            a[3] * b[1] + a[1] * b[3] + a[2] * b[0] - a[0] * b[2],
-            a[3] * b[2] + a[2] * b[3] + a[0] * b[1] - a[1] * b[0],
-            a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
-        )
+        half = math.sin(0.5 * angle) / angle if angle > 0.0 else 0.5
+        turned = (half * turn[0], half * turn[1], half * turn[2], math.cos(0.5 * angle))
+        orientation = composed(np.array([turned]), np.array([self.orientation]))[0].tolist()
         x, y, z = (p + d for p, d in zip(self.position, shift, strict=True))
-        return replace(self, position=(x, y, z), orientation=product)
+        return replace(self, position=(x, y, z), orientation=(*orientation,))
 
 
 def frame_of(obstacle: Obstacle) -> Array:
@@ -90,15 +83,20 @@ def seen_from(obstacle: Obstacle, points: Array) -> Array:
     return local
 
 
+def in_base_frame(obstacle: Obstacle, local: Array) -> Array:
+    """Return points (n, 3) [m] of the obstacle's frame in the base frame."""
+    points: Array = local @ frame_of(obstacle).T + np.asarray(obstacle.position)
+    return points
+
+
 def obstacle_between(first: Obstacle, last: Obstacle, at: float) -> Obstacle:
     """Return an obstacle between two poses."""
     if first == last:
         return last
     x, y, z = (1.0 - at) * np.array(first.position) + at * np.array(last.position)
     turn = quaternions_between(np.array([first.orientation]), np.array([last.orientation]), at)[0]
-    orientation = (float(turn[0]), float(turn[1]), float(turn[2]), float(turn[3]))
     friction = (1.0 - at) * first.friction + at * last.friction
-    return replace(last, position=(x, y, z), orientation=orientation, friction=friction)
+    return replace(last, position=(x, y, z), orientation=(*turn.tolist(),), friction=friction)
 
 
 def turns_about(obstacle: Obstacle, points: Array) -> float:

@@ -65,10 +65,8 @@ class Cylinder:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface."""
-        rho, radial, around = around_axis(points)
-        sign = -1.0 if self.inside else 1.0
-        around *= (sign / np.maximum(rho, 1e-9 * self.radius))[:, None, None]
-        return sign * (rho - self.radius), sign * radial, around
+        gap, normal, bend = Cone(self.radius, 0.0).distance(points)
+        return (-gap, -normal, -bend) if self.inside else (gap, normal, bend)
 
     @property
     def feature_radius(self) -> float:

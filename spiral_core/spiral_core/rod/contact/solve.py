@@ -21,7 +21,6 @@ from spiral_core.rod.contact._continuation import (
     Point,
     advance,
     attempt,
-    beyond,
     continued,
     halved,
     loaded,
@@ -34,6 +33,7 @@ from spiral_core.rod.contact._continuation import (
 )
 from spiral_core.rod.contact._mesh import (
     Arrays,
+    between,
     discretize,
     discretize_like,
     element_count,
@@ -154,8 +154,7 @@ def _halving_changes(problem: RodProblem, start: RodState | Array | None, state:
     """
     coarse = point_of_state(state)
     nodes = coarse.arrays.arc_lengths
-    between = 0.5 * (nodes[:-1] + nodes[1:])
-    nodes = np.insert(nodes, np.arange(1, len(nodes)), between)
+    nodes = np.insert(nodes, np.arange(1, len(nodes)), 0.5 * (nodes[:-1] + nodes[1:]))
     arrays = on_nodes(problem, nodes, tuple(2 * count for count in coarse.arrays.pieces))
     if _rubs(problem.obstacles):
         finer = _solved_on(problem, arrays, start)
@@ -270,7 +269,8 @@ def _travel(
                 log.watch(index + here.at, before.x.p, here.x.p, here.arrays)
         if not ended:
             break
-        at, arrays = beyond(here, end, first, sizes[0] * 2.0**stays)
+        at = min(1.0, here.at + sizes[0] * 2.0**stays)
+        arrays = between(first, end, at)
         last = state_from_point(here, spent, log.status)
         position = index + here.at
         there, rests, trail = slide(here, arrays, reach=NEXT_TO if stop else math.inf)

@@ -17,7 +17,7 @@ from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._continuation import Point, largest_moves, moved_fraction
 from spiral_core.rod.contact._mesh import Arrays, last_slip, node_lengths
 from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
-from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.obstacles import Obstacle, in_base_frame, seen_from
 from spiral_core.rod.motion._terms import (
     StepTerms,
     coordinates,
@@ -169,11 +169,10 @@ def _taken_along(here: Point, arrays: Arrays) -> Iterate:
     for j, (old, new) in enumerate(zip(here.arrays.obstacles, arrays.obstacles, strict=True)):
         if (old.position, old.orientation) == (new.position, new.orientation):
             continue
-        first, last = np.array([old.orientation]), np.array([new.orientation])
-        between = matrices(last)[0] @ matrices(first)[0].T
         hit = x.normal[j] > 0.0
-        x.p[hit] = (x.p[hit] - np.asarray(old.position)) @ between.T + np.asarray(new.position)
-        turn = composed(last, first * np.array((-1.0, -1.0, -1.0, 1.0)))
+        x.p[hit] = in_base_frame(new, seen_from(old, x.p[hit]))
+        back = np.array([old.orientation]) * (-1.0, -1.0, -1.0, 1.0)
+        turn = composed(np.array([new.orientation]), back)
         x.q[hit] = composed(np.repeat(turn, np.count_nonzero(hit), axis=0), x.q[hit])
     return x
 
@@ -270,9 +269,7 @@ def _stop(
     for j, (old, new) in enumerate(zip(before, arrays.obstacles, strict=True)):
         hit = np.nonzero(struck & (x.normal[j] > 0.0))[0]
         _, normal, _ = distances(new, x.p[hit], arrays.radius)
-        first, last = (matrices(np.array([one.orientation]))[0] for one in (old, new))
-        local = (x.p[hit] - np.asarray(new.position)) @ last
-        surface = (x.p[hit] - local @ first.T - np.asarray(old.position)) / duration
+        surface = (x.p[hit] - in_base_frame(old, seen_from(new, x.p[hit]))) / duration
         excess = np.sum((rate[hit, :3] - surface) * normal, axis=1)
         rate[hit, :3] -= excess[:, None] * normal
 

@@ -7,11 +7,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod._algebra import matrices
-from spiral_core.rod.contact._contact import TINY, Nodal
+from spiral_core.rod.contact._contact import TINY, Iterate, Nodal
 from spiral_core.rod.contact._mesh import Arrays, node_lengths
 from spiral_core.rod.contact._newton import assemble, bearing_of, eliminate, no_elements, no_step
 from spiral_core.rod.motion._terms import masses, stiffened, strains
@@ -52,7 +53,9 @@ def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
     .. math:: H \xi = (2 \pi f)^2 M \xi
 
     with the Hessian H of the static energy and the lumped inertia M. Nodes that touch an obstacle
-    stay where they are.
+    stay where they are. The material's part of a squared angular frequency is
+    :math:`-\omega^4\, d(\xi^T M C_r M \xi)/dr` for the compliance C_r of H + r K and
+    :math:`\xi \cdot M \xi = 1`.
 
     Args:
         state: a converged state.
@@ -67,25 +70,36 @@ def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
             "a stable state, of the mixed element: solve_rod(..., element=RodElement.MIXED)"
         )
         raise InvalidInputError("state", state.status, requirement)
-    arrays = state._point.arrays
+    arrays, x = state._point.arrays, state._point.x
+    still: NDArray[np.bool_] = np.asarray(state.touching.any(axis=0))
     size = 6 * (arrays.count + 1)
     if not 1 <= count < size // 2:
         raise InvalidInputError("count", count, f"from 1 to {size // 2 - 1}")
     lumped = masses(arrays, inertia)
     turning = lumped[:, 3:4] * np.array((2.0, 1.0, 1.0))  # about x, y and z
     inertias = np.hstack((turning, lumped[:, :3]))
-    values, vectors = _largest(_Compliance(state, arrays), np.sqrt(inertias).ravel(), count)
+    values, vectors = _largest(_Compliance(x, arrays, still), np.sqrt(inertias).ravel(), count)
     if not values[-1] > 0.0:
         raise InvalidInputError("count", count, "no more than the motions left free")
     turned = vectors.reshape(count, -1, 6)
-    material = _material_stiffness(state, arrays, turned * inertias, values)
+    # Forces on a rod whose material alone is softer and stiffer.
+    strain, every = strains(x, arrays, arrays), np.full((arrays.count, 1), STIFFER)
+    softer, stiffer = (
+        _Compliance(x, stiffened(arrays, sign * every, strain), still) for sign in (-1.0, 1.0)
+    )
+    along, lengths = matrices(x.q)[:, :, 0], node_lengths(arrays.arc_lengths)
     shapes, swings = [], []
-    for mode, value, stiffness in zip(turned, values, material, strict=True):
+    for mode, value in zip(turned, values, strict=True):
         # the modal mass is 1 before the fastest node gets length one
         largest = max(float(np.linalg.norm(mode[:, 3:], axis=1).max()), TINY)
-        shape, modal = mode[:, 3:] / largest, 1.0 / largest**2
+        shape, omega, force = mode[:, 3:] / largest, 1.0 / math.sqrt(value), mode * inertias
+        across = shape - np.sum(shape * along, axis=1)[:, None] * along
+        speeds = np.linalg.norm(across, axis=1)
+        air = air_coefficients(speeds, lengths, 1.0 / largest**2, omega, 2.0 * arrays.radius)
+        # how much the deflection under the mode's inertia shrinks as the material gets stiffer
+        change = np.sum(force * (softer.times(force) - stiffer.times(force))) / (2.0 * STIFFER)
         shapes.append(shape)
-        swings.append(_swing(state, arrays, shape, modal, value, stiffness))
+        swings.append(Swing(omega / (2.0 * math.pi), float(change / value**2), *air))
     frequencies = 1.0 / (2.0 * math.pi * np.sqrt(values))
     return Modes(frequencies, np.array(shapes), tuple(swings))
 
@@ -111,55 +125,19 @@ def _largest(compliance: _Compliance, root: Array, count: int) -> tuple[Array, A
     return values[chosen], (vectors[:, chosen] / root[:, None]).T
 
 
-def _material_stiffness(
-    state: RodState, arrays: Arrays, forces: Array, values: Array
-) -> list[float]:
-    r"""Return the material's part of the squared angular frequencies (k,) [1/s^2].
-
-    From how much the deflection under each mode's inertia M xi shrinks when only the material gets
-    stiffer: :math:`\xi^T K \xi = -\omega^4\, d(\xi^T M C_r M \xi)/dr` for the compliance C_r of
-    H + r K.
-    """
-    assert state._point is not None  # noqa: S101 - for the type checker; the caller has looked
-    strain, every = strains(state._point.x, arrays, arrays), np.ones((arrays.count, 1))
-    softer, stiffer = (
-        _Compliance(state, stiffened(arrays, sign * STIFFER * every, strain)) for sign in (-1, 1)
-    )
-    found = []
-    for force, value in zip(forces, values, strict=True):
-        change = np.sum(force * (softer.times(force) - stiffer.times(force))) / (2.0 * STIFFER)
-        # the modes come with xi . M xi = 1
-        found.append(float(change / value**2))
-    return found
-
-
-def _swing(
-    state: RodState, arrays: Arrays, shape: Array, modal: float, value: float, material: float
-) -> Swing:
-    """Return how a mode decays, whose fastest node has length one."""
-    along = matrices(state._point.x.q)[:, :, 0] if state._point is not None else shape
-    across = shape - np.sum(shape * along, axis=1)[:, None] * along
-    omega = 1.0 / math.sqrt(value)
-    speeds = np.linalg.norm(across, axis=1)
-    lengths = node_lengths(arrays.arc_lengths)
-    air = air_coefficients(speeds, lengths, modal, omega, 2.0 * arrays.radius)
-    return Swing(omega / (2.0 * math.pi), material, *air)
-
-
 class _Compliance:
     """The inverse of the Hessian over rotations and displacements; touching nodes stay."""
 
-    def __init__(self, state: RodState, arrays: Arrays) -> None:
+    def __init__(self, x: Iterate, arrays: Arrays, still: NDArray[np.bool_]) -> None:
         count = arrays.count
-        assert state._point is not None  # noqa: S101 - for the type checker; the caller has looked
         self.bearing, self.assembled = bearing_of(arrays), no_elements(count)
-        assemble(state._point.x, arrays.elements, self.assembled)
+        assemble(x, arrays.elements, self.assembled)
         for imbalance in (self.assembled.gradient, self.assembled.chord):
             imbalance[:] = 0.0  # what stands still stays where it is
         self.tangent = np.zeros((count + 1, 6, 6))
         stiffness = (arrays.bending / np.diff(arrays.arc_lengths) ** 3).max()
         for axis in range(3, 6):
-            self.tangent[state.touching.any(axis=0), axis, axis] = HELD * stiffness
+            self.tangent[still, axis, axis] = HELD * stiffness
 
     def times(self, force: Array) -> Array:
         """Return the small motion (n, 6) under forces on rotations and displacements (n, 6)."""

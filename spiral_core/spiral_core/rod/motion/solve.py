@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod.contact._contact import Contact, Iterate
 from spiral_core.rod.contact._continuation import Point, unsolved
 from spiral_core.rod.contact._mesh import Arrays, discretize, discretize_like
 from spiral_core.rod.contact._results import from_shape, state_from_point
@@ -162,24 +161,13 @@ def _start(first: RodProblem, start: RodState | Array | None, elements: int | No
     if not isinstance(start, RodState) or start._point is None:
         nodes = len(start.positions if isinstance(start, RodState) else start)
         arrays = discretize(first, nodes - 1 if elements is None else elements)
-        return _let_go(arrays, from_shape(first, arrays, start))
+        return unsolved(arrays, from_shape(first, arrays, start))
     if start.status is not RodStatus.CONVERGED:
         raise InvalidInputError("start", start.status, "a converged state")
     count = start._point.arrays.count
     if elements not in (None, count):
         raise InvalidInputError("elements", elements, f"those of the start, {count}")
     return replace(start._point, arrays=discretize_like(first, start._point.arrays))
-
-
-def _let_go(arrays: Arrays, x: Iterate) -> Point:
-    """Return a rod that is let go: nothing presses yet."""
-    point = unsolved(arrays, x)
-    free = np.ones(arrays.count + 1, dtype=np.bool_)
-    contacts = tuple(
-        Contact(x, j, obstacle, arrays.radius, free, point.anchors)
-        for j, obstacle in enumerate(arrays.obstacles)
-    )
-    return replace(point, solution=replace(point.solution, contacts=contacts))
 
 
 def _problem_at(problem: Problem, time: float) -> RodProblem:
@@ -254,11 +242,8 @@ class _Run:
             self.quiet_until = at + EVENT_PAUSE * self.longest
         self.touched = self.touched or bool(changes)
         self.events += [MotionEvent(kind, j, at, duration) for kind, j in changes]
-        self.here, self.steps, self.error = (
-            replace(after, time=at),
-            self.steps + 1,
-            self.error + error,
-        )
+        self.here = replace(after, time=at)
+        self.steps, self.error = self.steps + 1, self.error + error
         self.residual = max(self.residual, after.point.solution.residual)
         self.passes += after.point.solution.passes
         self.step = min(self.longest, max(duration * factor, least))
@@ -278,10 +263,7 @@ class _Run:
             return before
         arrays = discretize_like(found, before)
         _require_uncoupled(arrays)
-        same = len(arrays.arc_lengths) == len(before.arc_lengths)
-        shapes = [one.shape for one in arrays.obstacles] == [o.shape for o in before.obstacles]
-        held = bool(np.all(arrays.end_free == before.end_free))
-        if not (same and shapes and held):
+        if not np.array_equal(arrays.end_free, before.end_free):
             requirement = "as many breaks, kinds of ends and shapes of obstacles at all times"
             raise InvalidInputError("problem", found, requirement)
         self.posed, self.arrays = found, arrays
