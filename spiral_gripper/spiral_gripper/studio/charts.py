@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import viser
 from viser import uplot
 
 from spiral_core import Pull
 from spiral_core.rod.types import Array
-from spiral_gripper.files.shown import axis_label, in_units
+from spiral_gripper.files.shown import in_units
 from spiral_gripper.studio.session import Answer
 
 RED, PALE, DARK = "#c8553d", "#7ba7b4", "#2f4858"
@@ -42,18 +44,6 @@ def add_chart(
     )
 
 
-def add_radius_chart(gui: viser.GuiApi) -> viser.GuiUplotHandle:
-    """Add the chart of the tip criterion's pressure against the object's radius."""
-    labels = axis_label("object radius", "m"), axis_label("pressure", "Pa")
-    return add_chart(gui, *labels, {"tip criterion": RED})
-
-
-def add_force_chart(gui: viser.GuiApi) -> viser.GuiUplotHandle:
-    """Add the chart of the holding force against pressure."""
-    labels = axis_label("pressure", "Pa"), axis_label("holding force", "N")
-    return add_chart(gui, *labels, {"away from the base": RED, "towards the base": PALE})
-
-
 def ranges(low: float, high: float, top: float) -> dict[str, uplot.Scale]:
     """Return the ranges of a chart: from ``low`` to ``high``, and from 0 to ``top``."""
     return {
@@ -73,9 +63,7 @@ def chart_data(answer: Answer | None, radius: float, pressure: float) -> tuple[A
     if answer is None or answer.radii.size == 0:
         here = in_units([radius, radius + 1e-6], "m")
         return here, np.full(2, np.nan), in_units([pressure, np.nan], "Pa")
-    radii, (pressures,), place = _with(radius, answer.radii, [answer.pressures])
-    now = np.full(len(radii), np.nan)
-    now[place] = pressure
+    radii, (pressures,), now = _with(radius, answer.radii, [answer.pressures], lambda _: pressure)
     return in_units(radii, "m"), in_units(pressures, "Pa"), in_units(now, "Pa")
 
 
@@ -96,9 +84,9 @@ def force_data(answer: Answer | None, pressure: float) -> tuple[Array, ...]:
         here = in_units([pressure, pressure + 1.0], "Pa")
         return here, np.full(2, np.nan), np.full(2, np.nan), np.array([0.0, np.nan])
     forces = [answer.grip.force(pull) for pull in (Pull.AWAY, Pull.TOWARDS)]
-    pressures, (away, towards), place = _with(pressure, answer.grip.pressures, forces)
-    now = np.full(len(pressures), np.nan)
-    now[place] = np.nan_to_num(away[place])
+    pressures, (away, towards), now = _with(
+        pressure, answer.grip.pressures, forces, lambda values: float(np.nan_to_num(values[0]))
+    )
     return in_units(pressures, "Pa"), *(in_units(one, "N") for one in (away, towards, now))
 
 
@@ -110,10 +98,16 @@ def force_scales(answer: Answer | None, pressure_max: float) -> dict[str, uplot.
     return ranges(0.0, float(in_units(pressure_max, "Pa")), top)
 
 
-def _with(at: float, places: Array, curves: list[Array]) -> tuple[Array, list[Array], int]:
-    """Return places and curves with one more point at ``at``, and its index; NaN outside."""
+def _with(
+    at: float, places: Array, curves: list[Array], now: Callable[[list[float]], float]
+) -> tuple[Array, list[Array], Array]:
+    """Return places and curves with one more point at ``at``, NaN outside, and a dot there alone.
+
+    ``now`` returns the dot's height from the curves' values.
+    """
     index = int(np.searchsorted(places, at))
     inside = 0 < index < len(places)
     values = [float(np.interp(at, places, curve)) if inside else np.nan for curve in curves]
     longer = [np.insert(c, index, value) for c, value in zip(curves, values, strict=True)]
-    return np.insert(places, index, at), longer, index
+    dot = np.insert(np.full(len(places), np.nan), index, now(values))
+    return np.insert(places, index, at), longer, dot

@@ -44,18 +44,15 @@ class Closings:
         Raises:
             SpiralError: the closing cannot be computed.
         """
-        answer = session.answer if session.current else None
+        answer = session.known
         if answer is None or answer.window is None or answer.wrap is None:
             return None
-        known = self.known(session)
-        if known is not None:
-            return known
-        asked = _asked_of(session)
-        end = min(BEYOND_WRAP * answer.wrap.pressure, session.gripper.pressure_max)
-        course = PressureCourse.ramp(asked.rate, end, WAIT)
-        setup = answer.window.setup
-        self._closing = close_on(setup, course, progress=lambda done, _: moved(done / FRAMES))
-        self._settings = asked
+        if self.known(session) is None:
+            asked = _asked_of(session)
+            end = min(BEYOND_WRAP * answer.wrap.pressure, session.gripper.pressure_max)
+            course, setup = PressureCourse.ramp(asked.rate, end, WAIT), answer.window.setup
+            self._closing = close_on(setup, course, progress=lambda done, _: moved(done / FRAMES))
+            self._settings = asked
         return self._closing
 
 

@@ -28,11 +28,9 @@ class FileFolder:
             apply = gui.add_button("Use this text")
             self._said = gui.add_markdown("")
 
-        def upload(_: object) -> None:
-            text = load.value.content.decode("utf-8", "replace")
-            self.attempt(lambda: use(text))
-
-        load.on_upload(upload)
+        load.on_upload(
+            lambda _: self.attempt(lambda: use(load.value.content.decode("utf-8", "replace")))
+        )
         apply.on_click(lambda _: self.attempt(lambda: use(self._text.value)))
 
     def show(self, description: GripperDescription) -> None:

@@ -21,10 +21,11 @@ from spiral_gripper.files.description import (
     load_description,
     parse_description,
 )
-from spiral_gripper.files.shown import in_present_units, shown, shown_message
+from spiral_gripper.files.shown import axis_label, in_present_units, shown, shown_message
 from spiral_gripper.studio.charts import (
-    add_force_chart,
-    add_radius_chart,
+    PALE,
+    RED,
+    add_chart,
     chart_data,
     chart_scales,
     force_data,
@@ -74,15 +75,20 @@ class Page:
         self._play = gui.add_button("Play the approach")
         self._close = gui.add_button("Play the closing in real time")
         self._pull = gui.add_button("Play the pull")
-        self._chart, self._forces = add_radius_chart(gui), add_force_chart(gui)
+        radius, pressure = axis_label("object radius", "m"), axis_label("pressure", "Pa")
+        self._chart = add_chart(gui, radius, pressure, {"tip criterion": RED})
+        pulls = {"away from the base": RED, "towards the base": PALE}
+        self._forces = add_chart(gui, pressure, axis_label("holding force", "N"), pulls)
         self._coloring = gui.add_dropdown("color", COLORINGS)
         self._export = gui.add_button_group("export", (*EXPORTS, "html", "png"))
         self._file = FileFolder(gui, in_present_units(self._load_text))
-        self._controls: Controls | None = None
-        self._session: Session | None = None
-        self._show(load_description(gripper))
+        self._begin(load_description(gripper))
         shows = in_present_units  # events come in threads of their own
-        self._name.on_update(shows(lambda _: self._choose(self._name.value)))
+        self._name.on_update(
+            shows(
+                lambda _: self._file.attempt(lambda: self._show(load_description(self._name.value)))
+            )
+        )
         self._coloring.on_update(shows(lambda _: self._refresh()))
         self._to_wrap.on_click(shows(lambda _: self._set_wrap_pressure()))
         self._play.on_click(shows(lambda _: self._approach()))
@@ -94,30 +100,23 @@ class Page:
         """Update the time for which an answer has been computed; to be called regularly."""
         with self._lock:
             session = self._session
-            if session is None or session.waited is None or self._playing.is_set():
+            if session.waited is None or self._playing.is_set():
                 return
             with suppress(SpiralError):  # the page says already that there is no shape
                 self._words.content = self._said(session, session.shape())
 
     def _said(self, session: Session, state: RodState) -> str:
         """Return what is known of the shape that is shown."""
-        answer = session.answer if session.current else None
-        text = answer_text(answer, session.settings, session.gripper, state, session.waited)
+        settings = session.settings
+        text = answer_text(session.known, settings, session.gripper, state, session.waited)
         closing = self._closings.known(session)
-        if closing is None:
-            return text
-        return f"{text}\n\n{closing_line(closing, session.settings.rate)}"
+        return f"{text}\n\n{closing_line(closing, settings.rate)}" if closing else text
 
     def close(self) -> None:
         """End what runs in the background."""
         self._playing.clear()
-        if self._session is not None:
-            self._session.close()
+        self._session.close()
         self._folder.cleanup()
-
-    def _choose(self, gripper: str) -> None:
-        """Show another gripper, as its file describes it, or say what is wrong with the file."""
-        self._file.attempt(lambda: self._show(load_description(gripper)))
 
     def _load_text(self, text: str) -> None:
         """Show the gripper of an edited or a loaded file.
@@ -134,25 +133,26 @@ class Page:
         """Show a gripper in place of the present one."""
         with self._lock:
             self._playing.clear()
+            self._controls.remove()
+            self._session.close()
+            self._begin(description)
+
+    def _begin(self, description: GripperDescription) -> None:
+        """Show a gripper as its file describes it."""
+        with self._lock:
             self._file.show(description)
             settings = settings_of(description, START_RADIUS)
-            if self._controls is not None and self._session is not None:
-                self._controls.remove()
-                self._session.close()
             self._closings = Closings()
             self._session = Session(description, settings, in_present_units(self._on_answer))
-            self._controls = Controls(
-                self._server.gui, settings, self._session.gripper, self._changed
-            )
+            gripper = self._session.gripper
+            self._controls = Controls(self._server.gui, settings, gripper, self._changed)
             self._scene.look_at_gripper(settings.length)
-            self._scene.show_mount(self._session.gripper.tube.outer_radius)
+            self._scene.show_mount(gripper.tube.outer_radius)
             self._refresh()
 
     def _changed(self) -> None:
         """Follow the sliders; where there is no such gripper, say why and keep the last one."""
         with self._lock:
-            if self._session is None or self._controls is None:
-                return
             try:
                 self._session.update(self._controls.settings())
             except SpiralError as error:
@@ -163,19 +163,15 @@ class Page:
     def _on_answer(self, answer: Answer) -> None:
         """Show an answer unless the settings have changed since."""
         with self._lock:
-            session = self._session
-            if session is not None and session.answer is answer and session.current:
+            if self._session.known is answer:
                 self._refresh()
 
     def _refresh(self) -> None:
         """Draw the shape at the settings, and say what is known of them."""
         with self._lock:
-            session, controls = self._session, self._controls
-            if session is None or controls is None:
-                return
-            settings, gripper = session.settings, session.gripper
-            controls.set_pressure(settings.pressure, gripper.pressure_max)
-            answer = session.answer if session.current else None
+            session = self._session
+            settings, gripper, answer = session.settings, session.gripper, session.known
+            self._controls.set_pressure(settings.pressure, gripper.pressure_max)
             try:
                 state = session.shape()
             except SpiralError as error:
@@ -204,18 +200,14 @@ class Page:
 
     def _wrap_pressure(self) -> float | None:
         """Return the tip criterion's pressure [Pa], where it is known."""
-        session = self._session
-        if session is None or not session.current or session.answer is None:
-            return None
-        wrap = session.answer.wrap
-        return None if wrap is None else wrap.pressure
+        answer = self._session.known
+        return None if answer is None or answer.wrap is None else answer.wrap.pressure
 
     def _set_pressure(self, pressure: float) -> None:
         """Show the shape at a pressure [Pa]."""
         with self._lock:
-            if self._session is not None:
-                self._session.update(replace(self._session.settings, pressure=pressure))
-                self._refresh()
+            self._session.update(replace(self._session.settings, pressure=pressure))
+            self._refresh()
 
     def _set_wrap_pressure(self) -> None:
         """Go to the wrap, where there is one."""
@@ -246,7 +238,7 @@ class Page:
     def _close_in_time(self) -> None:
         """Compute the closing at the rate that is set and play it."""
         session = self._session
-        if not self._begins(session is not None) or session is None:
+        if not self._begins(possible=True):
             return
 
         def moved(share: float) -> None:
@@ -283,9 +275,9 @@ class Page:
     def _pull_away(self) -> None:
         """Move the object out of the coil, away from the base."""
         session = self._session
-        answer = None if session is None or not session.current else session.answer
+        answer = session.known
         held = answer is not None and answer.grip is not None
-        if not self._begins(held) or session is None or answer is None or answer.grip is None:
+        if not self._begins(held) or answer is None or answer.grip is None:
             return
         place, outer = answer.object_place(), session.gripper.tube.outer_radius
         taper = session.settings.taper
@@ -304,8 +296,6 @@ class Page:
 
     def _hand_out(self, kind: str, client: viser.ClientHandle | None) -> None:
         """Send the shape, the picture or the whole scene as a file to those who look."""
-        if self._session is None:
-            return
         name = self._session.gripper.name
         if kind == "png" and client is not None:  # asked of the page: no lock that it may wait for
             picture = client.get_render(PNG_HEIGHT, PNG_WIDTH, transport_format="png")

@@ -153,8 +153,7 @@ class Session:
 
     def contact(self) -> GripPoint | None:
         """Return the solved contact next to the pressure that is set, where one is known."""
-        known = self.answer if self.current else None
-        return None if known is None else known.contact_at(self.settings.pressure)
+        return None if self.known is None else self.known.contact_at(self.settings.pressure)
 
     def shown(self) -> RodState:
         """Return the shape to show: in contact where that is known, else the free coil."""
@@ -164,14 +163,20 @@ class Session:
     @property
     def current(self) -> bool:
         """Whether :attr:`answer` belongs to the settings, whatever the pressure."""
-        return self.answer is not None and self.answer.settings == _asked_of(self.settings)
+        return self.known is not None
+
+    @property
+    def known(self) -> Answer | None:
+        """The answer to the settings, whatever the pressure; None where there is none yet."""
+        answer = self.answer
+        same = answer is not None and answer.settings == _asked_of(self.settings)
+        return answer if same else None
 
     @property
     def waited(self) -> float | None:
         """Time since the settings were asked about [s]; None where everything is answered."""
-        if self.current and self.answer is not None and self.answer.is_complete:
-            return None
-        return time.monotonic() - self._asked_since
+        complete = self.known is not None and self.known.is_complete
+        return None if complete else time.monotonic() - self._asked_since
 
     def close(self) -> None:
         """End the background's work; what is under way is dropped."""
@@ -189,28 +194,27 @@ class Session:
     def _reply(self, asked: Settings, gripper: Gripper) -> None:
         """Compute an answer in the background, part by part, while it is asked for."""
 
-        def give(answer: Answer) -> None:
+        def give(answer: Answer) -> Answer:
             self.answer = answer
             self._on_answer(answer)
+            return answer
 
         def go_on(done: int, total: int) -> None:
             del done, total
             if self._closed or asked != _asked_of(self.settings):
                 raise _StaleError
 
-        answer = answer_for(asked, gripper)
-        give(answer)
+        answer = give(answer_for(asked, gripper))
         if answer.wrap is None or answer.curve is None:
             return
         try:
             shape = object_shape(asked, answer.wrap.object_length_needed or 0.0)
             setup = lay_into_coil(gripper, asked.object_radius, shape=shape, curve=answer.curve)
             window = grip_window(setup, progress=go_on)
-            give(replace(answer, window=window))
-            grip = solve_grip(setup, window=window, progress=go_on)
-            give(replace(answer, window=window, grip=grip))
+            answer = give(replace(answer, window=window))
+            give(replace(answer, grip=solve_grip(setup, window=window, progress=go_on)))
         except SpiralError as error:
-            give(replace(self.answer or answer, no_grip=str(error)))
+            give(replace(answer, no_grip=str(error)))
         except _StaleError:
             return
 
@@ -242,12 +246,8 @@ def object_shape(settings: Settings, length: float) -> Profile | None:
     if settings.taper == 0.0:
         return None
     radius, slope = settings.object_radius, math.tan(settings.taper)
-    reach = length + 10.0 * radius
-    low, high = -reach, reach
-    if slope > 0.0:
-        low = max(low, -0.8 * radius / slope)
-    else:
-        high = min(high, -0.8 * radius / slope)
+    reach, apex = length + 10.0 * radius, -0.8 * radius / slope
+    low, high = (max(-reach, apex), reach) if slope > 0.0 else (-reach, min(reach, apex))
     heights = np.linspace(low, high, 5)
     return Profile(tuple(heights.tolist()), tuple((radius + slope * heights).tolist()))
 
