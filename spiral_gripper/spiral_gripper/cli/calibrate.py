@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from spiral_gripper.cli.output import print_json, print_lines, say_written, write_picture
+from spiral_gripper.cli.output import (
+    print_json,
+    print_lines,
+    print_result,
+    say_written,
+    write_picture,
+)
 from spiral_gripper.cli.types import (
     LENGTH,
     REPORT_FILE,
@@ -20,10 +26,8 @@ from spiral_gripper.cli.types import (
 )
 
 if TYPE_CHECKING:
-    from spiral_core import SpiralError
     from spiral_gripper.bench.measurements import Measurements
     from spiral_gripper.bench.options import CalibrationOptions
-    from spiral_gripper.bench.run import CalibrationResult
     from spiral_gripper.files.description import GripperDescription
 
 # Stated here too, so that --help loads nothing heavy; a test holds them to their sources.
@@ -164,13 +168,28 @@ def calibrate(
         if stated.section_length is not None or stated.accept_implausible:
             unused = "--section-length and --accept-implausible"
             raise click.UsageError(f"--free-swing takes the gripper's length: leave {unused} out")
-        return _fit_swing(description, files, stated, as_json)
+        from spiral_gripper.bench.swing import FREE_SWING, fit_free_swing, require_one_file
+
+        solved = fit_free_swing(description, require_one_file(files), stated)
+        print_result(FREE_SWING, solved, as_json)
+        return 0
     measurements = load_files(description, files, stated)
     if measured_curve:
         _refuse_unused("--measured-curve fits nothing", stated, plot, report)
         return _write_curve(description, measurements, save, no_save, as_json)
-    result = _calibrate(description, measurements, stated, as_json)
-    refusals = [_told(error) for error in result.refusals]
+    from spiral_gripper.bench.report import CALIBRATION, radius_rows
+    from spiral_gripper.bench.run import calibrate_gripper
+    from spiral_gripper.reports.fields import document_of, rows_of
+
+    result = calibrate_gripper(description, measurements, stated)
+    typed_values = click.get_current_context().obj or {}
+    # Radii that cannot be gripped do not stop the rest.
+    refusals = [error_text(error, typed_values) for error in result.refusals]
+    if as_json:
+        print_json({**document_of(CALIBRATION, result), "refusals": refusals})
+    else:
+        warnings = [("warning", warning) for warning in result.warnings]
+        print_lines([*rows_of(CALIBRATION, result), *warnings, *radius_rows(result)])
     name, best = description.gripper.name, result.choice.best
     if plot is not None:
         from spiral_gripper.bench.residual_plot import residual_figure
@@ -189,27 +208,6 @@ def calibrate(
     if refusals:
         raise click.ClickException("\n".join(refusals))
     return 0
-
-
-def _calibrate(
-    description: GripperDescription,
-    measurements: list[Measurements],
-    options: CalibrationOptions,
-    as_json: bool,
-) -> CalibrationResult:
-    """Fit and print; radii that cannot be gripped do not stop the rest."""
-    from spiral_gripper.bench.report import CALIBRATION, radius_rows
-    from spiral_gripper.bench.run import calibrate_gripper
-    from spiral_gripper.reports.fields import document_of, rows_of
-
-    result = calibrate_gripper(description, measurements, options)
-    if as_json:
-        refusals = [_told(error) for error in result.refusals]
-        print_json({**document_of(CALIBRATION, result), "refusals": refusals})
-        return result
-    warnings = [("warning", warning) for warning in result.warnings]
-    print_lines([*rows_of(CALIBRATION, result), *warnings, *radius_rows(result)])
-    return result
 
 
 def _write_curve(
@@ -237,24 +235,6 @@ def _write_curve(
     return 0
 
 
-def _fit_swing(
-    description: GripperDescription,
-    files: tuple[Path, ...],
-    options: CalibrationOptions,
-    as_json: bool,
-) -> int:
-    """Fit the damping to a free swing and print it."""
-    from spiral_gripper.bench.swing import FREE_SWING, fit_free_swing, require_one_file
-    from spiral_gripper.reports.fields import document_of, rows_of
-
-    solved = fit_free_swing(description, require_one_file(files), options)
-    if as_json:
-        print_json(document_of(FREE_SWING, solved))
-    else:
-        print_lines(rows_of(FREE_SWING, solved))
-    return 0
-
-
 def _refuse_unused(
     reason: str, options: CalibrationOptions, plot: Path | None, report: Path | None, but: str = ""
 ) -> None:
@@ -272,8 +252,3 @@ def _refuse_unused(
     for name, value in given.items():
         if value and name != but:
             raise click.UsageError(f"{reason}: leave {name} out")
-
-
-def _told(error: SpiralError) -> str:
-    """Return what an error says, in the units that were typed."""
-    return error_text(error, click.get_current_context().obj or {})

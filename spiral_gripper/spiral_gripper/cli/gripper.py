@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from spiral_gripper.cli.output import print_json, print_rows, write_picture
+from spiral_gripper.cli.output import print_json, print_result, print_rows, write_picture
 from spiral_gripper.cli.requirement import gravity_from
 from spiral_gripper.cli.types import (
     FORCE,
@@ -52,7 +52,6 @@ def shape(
     GRIPPER is the name of a shipped gripper or the path of a description file. Positions are in
     the base frame: the tube leaves the base along +x, +y points towards the straight fiber.
     """
-    from spiral_gripper.reports.fields import document_of, rows_of
     from spiral_gripper.reports.wrap_document import SHAPE, solve_shape
 
     description = described(gripper)
@@ -60,10 +59,7 @@ def shape(
     require_pressure(description, pressure, typed("pressure"))
     title = f"{mount.name} at {typed('pressure')}"
     solved = solve_shape(mount, pressure)
-    if as_json:
-        print_json(document_of(SHAPE, solved))
-    else:
-        print_rows(title, rows_of(SHAPE, solved))
+    print_result(SHAPE, solved, as_json, title)
     if plot is not None:
         from spiral_gripper.reports.shaded import tube_surface
         from spiral_gripper.reports.shape_plots import shape_figure
@@ -118,28 +114,23 @@ def wrap(
     mount = mounted(description.gripper, options)
     if pressure is not None:
         require_pressure(description, pressure, typed("pressure"))
-    closed = None
-    coiled, asked = mount, pressure
-    question = GripQuestion(
-        mount, radius, profile, pressures=() if pressure is None else (pressure,), place=place
-    )
+    closed, coiled, asked = None, mount, pressure
+    pressures = () if pressure is None else (pressure,)
+    question = GripQuestion(mount, radius, profile, pressures=pressures, place=place)
     if not tip_criterion:
         question = located(question, find_place, quiet=as_json)
         with progress_bar("closing", quiet=as_json or not sys.stderr.isatty()) as progress:
             closed = solve_closing(question, progress)
         coiled, asked = replace(mount, object_axis=None), None  # the coil that it was laid into
     free = (
-        solve_profile(coiled, profile)
-        if profile is not None
-        else solve_wrap(coiled, float(radius or 0.0), asked)
+        solve_wrap(coiled, float(radius or 0.0), asked)
+        if profile is None
+        else solve_profile(coiled, profile)
     )
-    varied = None
-    if sensitivity:
-        varied = _varied(
-            "tip" if closed is None else "wrap", question, description, closed, as_json
-        )
+    method = "tip" if closed is None else "wrap"
+    varied = _varied(method, question, description, closed, as_json) if sensitivity else None
     if as_json:
-        print_json(wrap_as_dict(free, closed) | _as_dict(varied))
+        print_json(wrap_as_dict(free, closed) | (varied.as_dict() if varied else {}))
     else:
         print_rows(mount.name, wrap_rows(free, closed))
         _print_varied(varied)
@@ -212,8 +203,8 @@ def grip(
     description = described(gripper)
     mount = mounted(description.gripper, options)
     question = GripQuestion(mount, **options)
-    asked = question.pressures
-    for pressure, text in zip(asked, typed_all("pressures") if asked else (), strict=True):
+    texts = typed_all("pressures") if question.pressures else ()
+    for pressure, text in zip(question.pressures, texts, strict=True):
         require_pressure(description, pressure, text)
     if question.payload is not None and not any(mount.gravity):
         raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
@@ -222,7 +213,7 @@ def grip(
         solved = solve_question(question, progress)
     varied = _varied("grip", question, description, solved, as_json) if sensitivity else None
     if as_json:
-        print_json(grip_as_dict(solved) | _as_dict(varied))
+        print_json(grip_as_dict(solved) | (varied.as_dict() if varied else {}))
     else:
         from rich.console import Console
 
@@ -234,10 +225,9 @@ def grip(
     if plot is not None:
         from spiral_gripper.reports.grip.plots import grip_figure
 
-        profile = question.profile
-        what = f"radius {typed('radius')}" if profile is None else str(profile)
-        title = f"{mount.name} on {what}"
-        write_picture(grip_figure(solved.grip, title, solved.point.pressure), plot)
+        what = question.profile or f"radius {typed('radius')}"
+        figure = grip_figure(solved.grip, f"{mount.name} on {what}", solved.point.pressure)
+        write_picture(figure, plot)
     return 0 if solved.refusal is None else 1
 
 
@@ -259,10 +249,6 @@ def _varied(
         progress_bar("changing every input", quiet=quiet) as progress,
     ):
         return solve_sensitivity(method, question, description, setup, pressure, executor, progress)
-
-
-def _as_dict(varied: Varied | None) -> dict[str, Any]:
-    return {} if varied is None else varied.as_dict()
 
 
 def _print_varied(varied: Varied | None) -> None:

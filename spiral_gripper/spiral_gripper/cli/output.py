@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +13,8 @@ import click
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from spiral_gripper.reports.fields import Field
 
 
 def print_json(value: object) -> None:
@@ -31,6 +33,18 @@ def print_rows(title: str, rows: list[tuple[str, str]]) -> None:
     Console().print(row_table(title, rows))
 
 
+def print_result(fields: Sequence[Field], result: object, as_json: bool, title: str = "") -> None:
+    """Print a result: as JSON, in two columns under a title, or without one a line each."""
+    from spiral_gripper.reports.fields import document_of, rows_of
+
+    if as_json:
+        print_json(document_of(fields, result))
+    elif title:
+        print_rows(title, rows_of(fields, result))
+    else:
+        print_lines(rows_of(fields, result))
+
+
 def print_lines(rows: list[tuple[str, str]]) -> None:
     """Print names and figures, a line each."""
     click.echo("\n".join(f"{name}: {text}".rstrip() for name, text in rows))
@@ -43,10 +57,10 @@ def waiting(text: str, *, quiet: bool = False) -> Iterator[None]:
     from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
-    if not (quiet or console.is_terminal):
+    silent = quiet or not console.is_terminal
+    if silent and not quiet:
         click.echo(f"{text} ...", err=True)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    silent = quiet or not console.is_terminal
     with Progress(*columns, console=console, transient=True, disable=silent) as progress:
         progress.add_task(text)
         yield

@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from spiral_gripper.cli.gripper import described, mounted, require_pressure
-from spiral_gripper.cli.output import print_json, print_rows, say_written, write_picture
+from spiral_gripper.cli.output import print_result, say_written, write_picture
 from spiral_gripper.cli.types import (
     FRICTION,
     LENGTH,
@@ -24,8 +24,6 @@ from spiral_gripper.cli.types import (
     typed,
 )
 from spiral_gripper.cli.workers import progress_bar
-
-ANIMATION_SUFFIXES = (".gif",)
 
 
 @click.command()
@@ -97,13 +95,15 @@ def close(
     one holds. Ctrl-C ends the computation and prints what has been computed. Exit code 1: not all
     that was asked for was computed.
     """
-    if animate is not None and animate.suffix.lower() not in ANIMATION_SUFFIXES:
-        raise click.UsageError(f"--animate writes .gif files, got {animate.name}")
-    if animate is not None and not os.access(animate.parent, os.W_OK):
-        raise click.UsageError(f"cannot write {animate}: no folder {animate.parent} to write to")
+    if animate is not None:
+        if animate.suffix.lower() != ".gif":
+            raise click.UsageError(f"--animate writes .gif files, got {animate.name}")
+        if not os.access(animate.parent, os.W_OK):
+            raise click.UsageError(
+                f"cannot write {animate}: no folder {animate.parent} to write to"
+            )
     from spiral_core.rod.motion.inertia import Damping
     from spiral_gripper.reports.closing.document import CLOSE, CloseQuestion, solve_close
-    from spiral_gripper.reports.fields import document_of, rows_of
 
     description = described(gripper)
     mount = mounted(description.gripper, options)
@@ -112,11 +112,8 @@ def close(
         require_pressure(description, question.pressure, typed("pressure"))
     with progress_bar("closing") as moved:
         solved = solve_close(question, moved)
-    if as_json:
-        print_json(document_of(CLOSE, solved))
-    else:
-        title = f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}"
-        print_rows(title, rows_of(CLOSE, solved))
+    title = f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}"
+    print_result(CLOSE, solved, as_json, title)
     if plot is not None:
         from spiral_gripper.reports.closing.plots import close_figure
 
