@@ -66,14 +66,12 @@ def goal_of_wrap(
     Raises:
         InvalidInputError: a figure is not possible.
     """
-    followed = radius is None
-    return Grasp.Goal(
-        mode=Grasp.Goal.MODE_FOLLOWED if followed else Grasp.Goal.MODE_RADIUS,
-        object_radius=0.0 if radius is None else require_positive("radius", radius),
-        overpressure=_non_negative("overpressure", overpressure),
-        timeout=[] if timeout is None else [require_positive("timeout", timeout)],
-        abort_policy=_abort_policy(abort_policy),
-    )
+    goal = _goal(timeout, abort_policy)
+    goal.mode = Grasp.Goal.MODE_FOLLOWED
+    if radius is not None:
+        goal.mode, goal.object_radius = Grasp.Goal.MODE_RADIUS, require_positive("radius", radius)
+    goal.overpressure = _non_negative("overpressure", overpressure)
+    return goal
 
 
 def goal_of_pressure(
@@ -84,12 +82,9 @@ def goal_of_pressure(
     Raises:
         InvalidInputError: a figure is not possible.
     """
-    return Grasp.Goal(
-        mode=Grasp.Goal.MODE_PRESSURE,
-        pressure=require_non_negative("pressure", pressure),
-        timeout=[] if timeout is None else [require_positive("timeout", timeout)],
-        abort_policy=_abort_policy(abort_policy),
-    )
+    goal = _goal(timeout, abort_policy)
+    goal.mode, goal.pressure = Grasp.Goal.MODE_PRESSURE, require_non_negative("pressure", pressure)
+    return goal
 
 
 def request_of_plan(
@@ -113,12 +108,15 @@ def _non_negative(name: str, value: float | None) -> list[float]:
     return [] if value is None else [require_non_negative(name, value)]
 
 
-def _abort_policy(policy: AbortPolicy | str | None) -> int:
-    """Return the goal's field for an abort policy."""
+def _goal(timeout: float | None, abort_policy: AbortPolicy | str | None) -> Grasp.Goal:
+    """Return a goal with what every goal has."""
     try:
-        return int(_ABORT_POLICIES[None if policy is None else AbortPolicy(policy)])
+        policy = _ABORT_POLICIES[None if abort_policy is None else AbortPolicy(abort_policy)]
     except ValueError:
-        raise InvalidInputError("abort_policy", policy, '"vent", "hold" or None') from None
+        requirement = '"vent", "hold" or None'
+        raise InvalidInputError("abort_policy", abort_policy, requirement) from None
+    limit = [] if timeout is None else [require_positive("timeout", timeout)]
+    return Grasp.Goal(timeout=limit, abort_policy=policy)
 
 
 def result_of_wrap(response: Any) -> WrapResult:  # noqa: ANN401

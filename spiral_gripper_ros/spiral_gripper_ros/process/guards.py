@@ -56,17 +56,22 @@ class ErrorLog:
         return True
 
 
-def log_on_error(errors: ErrorLog, callback: CallbackT) -> CallbackT:
-    """Return a display callback that logs instead of raising; the gripper keeps its pressure."""
+def guarded(callback: CallbackT, on_error: Callable[[str, Exception], object]) -> CallbackT:
+    """Return a callback that has its name and its exception dealt with instead of raising."""
 
     @functools.wraps(callback)
-    def guarded(*args: object) -> None:
+    def call(*args: object) -> None:
         try:
             callback(*args)
         except Exception as error:
-            errors.note(callback.__name__, error)
+            on_error(callback.__name__, error)
 
-    return cast("CallbackT", guarded)
+    return cast("CallbackT", call)
+
+
+def log_on_error(errors: ErrorLog, callback: CallbackT) -> CallbackT:
+    """Return a display callback that logs instead of raising; the gripper keeps its pressure."""
+    return guarded(callback, errors.note)
 
 
 def guard_services(node: Node, errors: ErrorLog) -> None:

@@ -14,7 +14,7 @@ from typing import Any, Protocol, TypeVar, cast
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from spiral_core.errors import SpiralError
-from spiral_gripper_ros.process.guards import ErrorLog
+from spiral_gripper_ros.process.guards import CallbackT, ErrorLog, guarded
 
 
 class Guarded(Protocol):
@@ -27,21 +27,12 @@ class Guarded(Protocol):
         ...
 
 
-CallbackT = TypeVar("CallbackT", bound=Callable[..., None])
 TransitionT = TypeVar("TransitionT", bound=Callable[..., TransitionCallbackReturn])
 
 
 def vent_on_error(runtime: Guarded, callback: CallbackT) -> CallbackT:
     """Return a callback of the control loop that logs and vents instead of raising."""
-
-    @functools.wraps(callback)
-    def guarded(*args: object) -> None:
-        try:
-            callback(*args)
-        except Exception as error:
-            report(runtime, callback.__name__, error)
-
-    return cast("CallbackT", guarded)
+    return guarded(callback, functools.partial(report, runtime))
 
 
 def guarded_transition(callback: TransitionT) -> TransitionT:
@@ -53,7 +44,7 @@ def guarded_transition(callback: TransitionT) -> TransitionT:
     """
 
     @functools.wraps(callback)
-    def guarded(node: Any, *args: object) -> TransitionCallbackReturn:  # noqa: ANN401
+    def call(node: Any, *args: object) -> TransitionCallbackReturn:  # noqa: ANN401
         try:
             return callback(node, *args)
         except SpiralError as error:
@@ -63,7 +54,7 @@ def guarded_transition(callback: TransitionT) -> TransitionT:
             report(node.runtime, callback.__name__, error)
             return TransitionCallbackReturn.ERROR
 
-    return cast("TransitionT", guarded)
+    return cast("TransitionT", call)
 
 
 def report(runtime: Guarded, where: str, error: Exception) -> str:

@@ -45,23 +45,6 @@ class Answer:
     document: dict[str, object]
 
 
-@dataclass(frozen=True, slots=True)
-class WrapGoal:
-    """A wrap as the command line describes it.
-
-    Args:
-        radius: of the object [m]; None: the one that the node follows.
-        overpressure: above the wrap's pressure [Pa].
-        timeout: [s]; None: as the node's parameter says.
-        abort_policy: "vent" or "hold"; None: as the node's parameter says.
-    """
-
-    radius: float | None
-    overpressure: float | None
-    timeout: float | None
-    abort_policy: str | None
-
-
 def plan(
     namespace: str,
     radius: float,
@@ -127,8 +110,16 @@ def grip_lines(grip: Grip | None) -> list[str]:
     ]
 
 
-def grasp(namespace: str, goal: WrapGoal) -> Answer:
+def grasp(
+    namespace: str,
+    radius: float | None,
+    overpressure: float | None,
+    timeout: float | None,
+    abort_policy: str | None,
+) -> Answer:
     """Wrap an object and wait for the end; a KeyboardInterrupt cancels it.
+
+    The other arguments are those of :meth:`SpiralGripper.wrap`.
 
     Raises:
         NoAnswerError: no node answers, or it falls silent.
@@ -136,7 +127,7 @@ def grasp(namespace: str, goal: WrapGoal) -> Answer:
     with SpiralGripper(namespace, DISCOVERY_TIMEOUT) as gripper:
         gripper.wait_until_active(DISCOVERY_TIMEOUT)
         try:
-            gripper.wrap(goal.radius, goal.overpressure, goal.timeout, goal.abort_policy)
+            gripper.wrap(radius, overpressure, timeout, abort_policy)
             while not gripper.is_done():
                 pass  # each look takes a while; the node's own time-out ends it
         except KeyboardInterrupt:

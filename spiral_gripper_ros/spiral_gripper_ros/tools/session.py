@@ -8,7 +8,7 @@ import os
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, closing
+from contextlib import closing
 from dataclasses import dataclass, field
 
 from spiral_gripper_ros.process.node_process import NodeProcess, simulated
@@ -65,40 +65,34 @@ def run_session(
     local_discovery()
     signals = StopSignals()
     signals.defer()
-    with closing(listen(plan.space)) as watcher:
-        problems = _Session(plan, signals, watcher).run(lines)
+    with (
+        closing(listen(plan.space)) as watcher,
+        tempfile.TemporaryFile("w+") as log,
+        simulated(plan.space, plan.gripper, plan.settings, log) as processes,
+    ):
+        for line in lines:
+            say(line)
+        session = _Session(signals, watcher, processes)
+        problems = [*session.watch(plan.duration), *session.stop()]
+        for problem in problems:
+            say(problem, "red")
+        if problems:
+            log.seek(0)
+            say(log.read().rstrip())
     return problems, signals.requested
 
 
 class _Session:
     """One run of both processes."""
 
-    def __init__(self, plan: Plan, signals: StopSignals, watcher: Watcher) -> None:
-        self._plan = plan
-        self._signals = signals
-        self._watcher = watcher
-        self._processes: dict[str, NodeProcess] = {}
+    def __init__(
+        self, signals: StopSignals, watcher: Watcher, processes: Mapping[str, NodeProcess]
+    ) -> None:
+        self._signals, self._watcher, self._processes = signals, watcher, processes
         self._started = False
 
-    def run(self, lines: Sequence[str]) -> list[str]:
-        """Start both, watch them, stop them; return what went wrong."""
-        with ExitStack() as stack:
-            log = stack.enter_context(tempfile.TemporaryFile("w+"))
-            plan = self._plan
-            simulation = simulated(plan.space, plan.gripper, plan.settings, log)
-            self._processes = stack.enter_context(simulation)
-            for line in lines:
-                say(line)
-            problems = [*self._watch(), *self._stop()]
-            for problem in problems:
-                say(problem, "red")
-            if problems:
-                log.seek(0)
-                say(log.read().rstrip())
-        return problems
-
-    def _watch(self) -> list[str]:
-        """Show what happens until the end that was planned; return what came between."""
+    def watch(self, duration: float) -> list[str]:
+        """Show what happens for a time [s] from when both run; return what came between."""
         begin = time.monotonic()
         while not (self._watcher.ready or self._is_over()):
             self._watcher.spin(SHOW_PERIOD)
@@ -106,16 +100,14 @@ class _Session:
                 return [f"node and simulator were not ready within {START_TIMEOUT:g} s"]
         self._started = self._watcher.ready
         begin = time.monotonic()
-        while not self._is_over() and time.monotonic() - begin < self._plan.duration:
+        while not self._is_over() and time.monotonic() - begin < duration:
             self._watcher.spin(SHOW_PERIOD)
             self._watcher.show(time.monotonic() - begin)
         # Ctrl-C reaches all processes of a terminal: that they end is then as it should be.
-        if self._signals.requested:
-            return []
         return [
             f"the {name} has ended by itself, with exit code {process.exit_code}"
             for name, process in self._processes.items()
-            if not process.running
+            if not (process.running or self._signals.requested)
         ]
 
     def _is_over(self) -> bool:
@@ -125,7 +117,7 @@ class _Session:
             return True
         return self._signals.requested
 
-    def _stop(self) -> list[str]:
+    def stop(self) -> list[str]:
         """Stop the node, hear its vent, stop the simulator; return what went wrong."""
         problems = []
         if self._signals.requested:
@@ -133,7 +125,10 @@ class _Session:
                 process.wait(GRACE)
         for name in ("node", "simulator"):
             code = self._processes[name].stop()
-            if not self._is_good_end(code):
+            # Ctrl-C reaches it too, and where it has not installed its handlers yet it is killed,
+            # or Python gives up its own start with 1. The last command is checked in any case.
+            is_interrupted = -code in STOP_SIGNALS or (code == 1 and not self._started)
+            if code != 0 and not (self._signals.requested and is_interrupted):
                 problems.append(f"the {name} ended with exit code {code}")
             self._watcher.spin(LAST_WORDS)
         if self._watcher.command not in (None, 0.0):
@@ -141,13 +136,3 @@ class _Session:
         if not problems:
             say("vented; node and simulator have ended")
         return problems
-
-    def _is_good_end(self, code: int) -> bool:
-        """Return whether a process ended as it should.
-
-        Ctrl-C reaches it too, and where it has not installed its handlers yet it is killed, or
-        Python gives up its own start with 1. What was last commanded is checked in any case.
-        """
-        if code == 0 or not self._signals.requested:
-            return code == 0
-        return -code in STOP_SIGNALS or (code == 1 and not self._started)

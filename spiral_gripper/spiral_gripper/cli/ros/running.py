@@ -128,8 +128,8 @@ def grasp(
     the object is held, 1 if not, 2 if no node answers.
     """
     side = load_ros_side(SIDE)
-    goal = side.WrapGoal(radius, overpressure, timeout, on_failure)
-    return _show(side.grasp(namespace, goal), as_json=as_json)
+    answer = side.grasp(namespace, radius, overpressure, timeout, on_failure)
+    return _show(answer, as_json=as_json)
 
 
 @click.command()
