@@ -25,7 +25,7 @@ from spiral_gripper_ros.messages.conversions import (
     status_to_msg,
     wrap_to_msg,
 )
-from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
+from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, diagnostics_to_msg
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 
@@ -153,8 +153,9 @@ def test_a_status_carries_the_snapshot_and_the_wrap_its_plan(planner, loaded):
 
 
 def diagnosed(state, clock_stands_still=False, **fields):
-    told = (snapshot(state, **fields), Health(3, clock_stands_still), Header().stamp)
-    return diagnostics_to_msg("/node", "id", *told).status[0]
+    health = {"internal_errors": 3, "clock_stands_still": clock_stands_still}
+    told = (snapshot(state, **fields), Header().stamp)
+    return diagnostics_to_msg("/node", "id", *told, **health).status[0]
 
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR

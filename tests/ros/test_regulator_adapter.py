@@ -30,7 +30,6 @@ from spiral_gripper_ros.regulators.line_protocol import (
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
 from spiral_gripper_ros.regulators.modbus_device import (
     number_from_registers,
-    register_count,
     registers_from_number,
 )
 from spiral_gripper_ros.regulators.parameters import (
@@ -299,7 +298,7 @@ def test_the_page_shows_good_lines_and_parameters_that_exist():
 def test_registers_hold_what_was_written_and_never_wrap_it_around(kind, low_word_first):
     for number in (0.0, 258.0, 32767.0):
         words = registers_from_number(number, kind, low_word_first=low_word_first)
-        assert len(words) == register_count(kind)
+        assert len(words) == (2 if "32" in kind else 1)
         assert number_from_registers(words, kind, low_word_first=low_word_first) == number
     low, high = FORMATS[kind][1]
     for bad in (math.nan, math.inf, 1.001 * low - 1.0, 1.001 * high + 1.0):

@@ -72,27 +72,24 @@ def impossible_radius(radius: float, grippable: tuple[float, float]) -> Refusal 
         >>> impossible_radius(-0.02, grippable=(0.01, 0.04)).text
         'object_radius must be positive, got -0.02 m'
     """
-    if not math.isfinite(radius):
-        return Refusal(
-            Reason.RADIUS_NOT_FINITE, f"object_radius must be a finite number, got {radius}"
-        )
-    if not radius > 0.0:
-        return Refusal(
-            Reason.RADIUS_NOT_POSITIVE, f"object_radius must be positive, got {radius:.6g} m"
-        )
     smallest, largest = grippable
-    if not radius >= smallest:
-        return Refusal(
+    beyond = "the grippable range; the nearest grippable radius is"
+    for holds, reason, text in (
+        (math.isfinite(radius), Reason.RADIUS_NOT_FINITE, f"must be a finite number, got {radius}"),
+        (radius > 0.0, Reason.RADIUS_NOT_POSITIVE, f"must be positive, got {radius:.6g} m"),
+        (
+            radius >= smallest,
             Reason.RADIUS_TOO_SMALL,
-            f"object_radius {radius:.6g} m is below the grippable range; "
-            f"the nearest grippable radius is {smallest:.6g} m",
-        )
-    if not radius <= largest:
-        return Refusal(
+            f"{radius:.6g} m is below {beyond} {smallest:.6g} m",
+        ),
+        (
+            radius <= largest,
             Reason.RADIUS_TOO_LARGE,
-            f"object_radius {radius:.6g} m is above the grippable range; "
-            f"the nearest grippable radius is {largest:.6g} m",
-        )
+            f"{radius:.6g} m is above {beyond} {largest:.6g} m",
+        ),
+    ):
+        if not holds:
+            return Refusal(reason, f"object_radius {text}")
     return None
 
 

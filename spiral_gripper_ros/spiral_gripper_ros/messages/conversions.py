@@ -21,7 +21,7 @@ from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import Quaternion as Turn
-from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement
+from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement, object_line
 from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
 
 REGIMES = {
@@ -64,6 +64,15 @@ def vector_from_msg(message: Vector3 | Point) -> Vector:
 def quaternion_from_msg(message: Any) -> Turn:  # noqa: ANN401
     """Return the components of a message."""
     return (message.x, message.y, message.z, message.w)
+
+
+def line_from_msg(pose: Pose) -> tuple[Vector, Vector]:
+    """Return a point of the z axis of a pose [m], and its direction.
+
+    Raises:
+        InvalidInputError: it is no pose.
+    """
+    return object_line(vector_from_msg(pose.position), quaternion_from_msg(pose.orientation))
 
 
 def frame_problem(name: str, message: Any, own: str) -> str | None:  # noqa: ANN401

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-from spiral_gripper_ros.messages.diagnostics import Health, diagnostics_to_msg
+from spiral_gripper_ros.messages.diagnostics import diagnostics_to_msg
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -37,14 +37,15 @@ class Diagnosis:
         runtime.follow_grips()  # an inactive node has no tick that does
         commanders = node.count_publishers("pressure_command")
         runtime.log.tell_others(commanders)
-        health = Health(
+        message = diagnostics_to_msg(
+            node.get_fully_qualified_name(),
+            "" if runtime.loaded is None else runtime.loaded.gripper.name,
+            runtime.control.snapshot(),
+            node.get_clock().now().to_msg(),
             internal_errors=runtime.errors.count,
             clock_stands_still=stands_still,
             commanders=commanders,
             object_problem=runtime.objects.problem,
             object_poses_refused=runtime.objects.refused,
         )
-        hardware_id = "" if runtime.loaded is None else runtime.loaded.gripper.name
-        seen, stamp = runtime.control.snapshot(), node.get_clock().now().to_msg()
-        told = (node.get_fully_qualified_name(), hardware_id, seen, health, stamp)
-        runtime.outputs.publish_diagnostics(diagnostics_to_msg(*told))
+        runtime.outputs.publish_diagnostics(message)

@@ -20,14 +20,13 @@ from spiral_gripper_ros.control.radius_gate import STAMPED_RADIUS, age_problem, 
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import (
     frame_problem,
-    quaternion_from_msg,
+    line_from_msg,
     stamp_age,
     vector_from_msg,
 )
 from spiral_gripper_ros.messages.qos import LATEST, NEWEST
 from spiral_gripper_ros.node.transforms import TransformError, Transforms
 from spiral_gripper_ros.parameters.spec import gravity_problem
-from spiral_gripper_ros.planning.object_pose import object_line
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
 from spiral_gripper_ros.runtime.guards import vent_on_error
@@ -162,12 +161,11 @@ class Inputs:
 
     def hear_pose(self, message: PoseStamped) -> None:
         """Note where the object is; what is commanded does not depend on it."""
-        runtime, header, pose = self._runtime, message.header, message.pose
+        runtime, header, objects = self._runtime, message.header, self._runtime.objects
         if not runtime.is_active:
             return
-        turn, objects = quaternion_from_msg(pose.orientation), runtime.objects
         try:
-            line = object_line(vector_from_msg(pose.position), turn)
+            line = line_from_msg(message.pose)
             if header.frame_id not in ("", runtime.values.frame_id):
                 line = self._transforms.line(header.frame_id, header.stamp, *line)
         except InvalidInputError as error:

@@ -29,14 +29,13 @@ from spiral_gripper_ros.messages.conversions import (
     figures_to_msg,
     filled,
     known,
-    quaternion_from_msg,
+    line_from_msg,
     vector_from_msg,
     vector_to_msg,
 )
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
 from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
-from spiral_gripper_ros.planning.object_pose import object_line
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, WrapPlan, planner_for
 from spiral_gripper_ros.planning.worker import EndedError
 
@@ -198,8 +197,7 @@ class _Answers:
             is_other = request.gravity or asked.axis or asked.friction_coefficient
             return None if is_other else context.known_grip(plan, asked.radius, None, pressure)
         if asked.pose:
-            at = asked.pose[0]
-            pose = object_line(vector_from_msg(at.position), quaternion_from_msg(at.orientation))
+            pose = line_from_msg(asked.pose[0])
         friction = known(asked.friction_coefficient)
         question = GripQuestion(plan.gripper, asked.radius, friction, pose)
         solved = context.solve_grip(question, context.is_wanted)

@@ -40,10 +40,10 @@ def registers_from_number(number: float, kind: str, *, low_word_first: bool) -> 
         ...
         spiral_core.errors.InvalidInputError: set-point must be a number of uint16, got 70000.0
     """
-    code, (low, high) = FORMATS[kind]
+    layout, (low, high) = FORMATS[kind]
     if not low <= number <= high:
         raise InvalidInputError("set-point", number, f"a number of {kind}")
-    packed = struct.pack(f">{code}", number if code == "f" else round(number))
+    packed = layout.pack(number if kind == "float32" else round(number))
     words = list(struct.unpack(f">{len(packed) // 2}H", packed))
     return words[::-1] if low_word_first else words
 
@@ -56,14 +56,8 @@ def number_from_registers(words: list[int], kind: str, *, low_word_first: bool) 
         1.5
     """
     ordered = words[::-1] if low_word_first else words
-    packed = struct.pack(f">{len(ordered)}H", *ordered)
-    (number,) = struct.unpack(f">{FORMATS[kind][0]}", packed)
+    (number,) = FORMATS[kind][0].unpack(struct.pack(f">{len(ordered)}H", *ordered))
     return float(number)
-
-
-def register_count(kind: str) -> int:
-    """Return how many registers a number takes."""
-    return struct.calcsize(f">{FORMATS[kind][0]}") // 2
 
 
 class ModbusDevice:
@@ -124,12 +118,12 @@ class ModbusDevice:
         register, kind = self._values.measured_register, self._values.measured_format
         if register == NO_REGISTER:
             return Reading()
-        count = register_count(kind)
+        count = FORMATS[kind][0].size // 2
         function = READ_INPUT if self._values.measured_table == "input" else READ_HOLDING
-        answer = self._answer(function, register, struct.pack(">H", count))
-        if len(answer) != 1 + 2 * count or answer[0] != 2 * count:
+        length, *content = self._answer(function, register, struct.pack(">H", count))
+        if not len(content) == length == 2 * count:
             raise OSError(f"register {register}: not {count} registers")
-        words = list(struct.unpack(f">{count}H", answer[1:]))
+        words = list(struct.unpack(f">{count}H", bytes(content)))
         return Reading(number_from_registers(words, kind, low_word_first=self._low_word_first))
 
     def _answer(self, function: int, register: int, content: bytes) -> bytes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from struct import Struct
 from typing import Any, Final
 
 from spiral_core.errors import InvalidInputError
@@ -14,13 +15,13 @@ from spiral_gripper_ros.regulators.pressure_scale import UNITS, PressureScale, R
 TOPIC, SERIAL, MODBUS = "topic", "serial", "modbus"
 NONE = "none"
 NO_REGISTER = -1
-# Formats of a number in registers: the struct code, and the range.
-FORMATS: dict[str, tuple[str, tuple[float, float]]] = {
-    "int16": ("h", (-(2.0**15), 2.0**15 - 1.0)),
-    "uint16": ("H", (0.0, 2.0**16 - 1.0)),
-    "int32": ("i", (-(2.0**31), 2.0**31 - 1.0)),
-    "uint32": ("I", (0.0, 2.0**32 - 1.0)),
-    "float32": ("f", (-3.4e38, 3.4e38)),
+# Formats of a number in registers: its bytes, and the range.
+FORMATS: dict[str, tuple[Struct, tuple[float, float]]] = {
+    "int16": (Struct(">h"), (-(2.0**15), 2.0**15 - 1.0)),
+    "uint16": (Struct(">H"), (0.0, 2.0**16 - 1.0)),
+    "int32": (Struct(">i"), (-(2.0**31), 2.0**31 - 1.0)),
+    "uint32": (Struct(">I"), (0.0, 2.0**32 - 1.0)),
+    "float32": (Struct(">f"), (-3.4e38, 3.4e38)),
 }
 
 

@@ -14,7 +14,6 @@ from spiral_core.design.report import DesignReport
 from spiral_core.design.requirement import DesignRequirement
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.planning.design import design
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.worker import SharedGrips, Worker
 
 # More questions of one kind do not wait: they are answered that the node is busy.
@@ -57,7 +56,13 @@ class QuestionPool:
 
 
 class Background:
-    """Background threads; a long question delays neither commands nor other kinds of questions."""
+    """Background threads; a long question delays neither commands nor other kinds of questions.
+
+    Attributes:
+        gravity, plans, exact, batches, grips: the threads of each kind of question.
+        solve_grip: returns a grip, in seconds; called in the thread of ``grips``.
+        has_ended: whether the node has ended; long computations then stop.
+    """
 
     def __init__(self) -> None:
         self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
@@ -65,26 +70,10 @@ class Background:
         self.batches = QuestionPool("batches")
         self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
         self._grips_shared = SharedGrips()
+        self.solve_grip = self._grips_shared.answer
         self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
         self._design: Worker | None = None
-        self._has_ended = False
-
-    def solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
-        """Return a grip, in seconds; called in a thread of ``grips``.
-
-        Args:
-            question: what is asked.
-            is_wanted: whether somebody still waits.
-
-        Raises:
-            SpiralError: the object cannot be held, or the node has ended.
-        """
-        return self._grips_shared.answer(question, is_wanted)
-
-    @property
-    def has_ended(self) -> bool:
-        """Whether the node has ended; long computations then stop."""
-        return self._has_ended
+        self.has_ended = False
 
     async def design(
         self,
@@ -118,7 +107,7 @@ class Background:
 
     def end(self) -> None:
         """Drop the waiting questions, and end the running design and batch."""
-        self._has_ended = True
+        self.has_ended = True
         pools = (self.gravity, self.grips, self._designs, self.plans, self.exact, self.batches)
         for pool in pools:
             pool.shutdown(wait=False, cancel_futures=True)

@@ -17,7 +17,7 @@ from spiral_gripper.studio.live import HoldingFigures, NodeState
 from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import State
-from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known, line_from_msg
 from spiral_gripper_ros.messages.markers import MEASURED_TUBE, OBJECT, TUBE
 from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.tools.watcher import troubles_of
@@ -99,13 +99,5 @@ def _placement(marker: Any) -> ObjectPlacement | None:  # noqa: ANN401
     """Return where a marker draws the object: a cylinder along its own z."""
     if marker is None:
         return None
-    at, turn = marker.pose.position, marker.pose.orientation
-    x, y, z, w = turn.x, turn.y, turn.z, turn.w
-    axis = (2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
-    return ObjectPlacement(
-        center=(at.x, at.y, at.z),
-        axis=axis,
-        radius=0.5 * marker.scale.x,
-        length=marker.scale.z,
-        largest_gap=0.0,
-    )
+    center, axis = line_from_msg(marker.pose)
+    return ObjectPlacement(center, axis, 0.5 * marker.scale.x, marker.scale.z, largest_gap=0.0)
