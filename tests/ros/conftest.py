@@ -44,7 +44,7 @@ from spiral_gripper import load_gripper
 from spiral_gripper_ros.client import SpiralGripper
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.gripper_node import GripperNode
-from spiral_gripper_ros.runtime.outputs import Outputs
+from spiral_gripper_ros.runtime.runtime import Outputs
 
 # An example takes its time on a busy machine.
 hypothesis.settings.register_profile(

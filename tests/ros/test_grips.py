@@ -26,7 +26,7 @@ from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap
-from spiral_gripper_ros.runtime.outputs import Outputs
+from spiral_gripper_ros.runtime.runtime import Outputs
 from spiral_gripper_ros.tools.commands import grip_lines
 
 

@@ -28,7 +28,7 @@ from spiral_gripper_ros.node import display
 from spiral_gripper_ros.node.gripper_node import SHUT_DOWN, GripperNode
 from spiral_gripper_ros.planning import loaded_gripper
 from spiral_gripper_ros.planning.planner import GripperPlanner
-from spiral_gripper_ros.runtime.outputs import Outputs
+from spiral_gripper_ros.runtime.runtime import Outputs
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 FAULT = (State.FAULT, Reason.INTERNAL_ERROR)

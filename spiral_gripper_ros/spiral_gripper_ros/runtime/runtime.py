@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The running gripper, which services, actions, inputs, display and diagnosis use."""
+"""The running gripper with its publishers: services, actions, inputs and displays use it."""
 
 from __future__ import annotations
 
@@ -9,28 +9,48 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from rclpy.lifecycle import LifecycleNode
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseArray
+from rclpy.duration import Duration
+from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
+from std_msgs.msg import Float64, Header
+from visualization_msgs.msg import MarkerArray
 
 from spiral_core.errors import SpiralError
 from spiral_gripper import GripperDescription, load_description
-from spiral_gripper_msgs.msg import Grip, Wrap
+from spiral_gripper_msgs.msg import Grip, GripStatus, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.refusals import RECONFIGURED
-from spiral_gripper_ros.messages.conversions import fill_object, status_to_msg, wrap_to_msg
+from spiral_gripper_ros.messages.conversions import (
+    backbone_to_msg,
+    fill_object,
+    status_to_msg,
+    wrap_to_msg,
+)
 from spiral_gripper_ros.messages.grip import grip_to_msg
+from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.parameters.table import GripperParameters
 from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
-from spiral_gripper_ros.planning.planner import NoPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import GripShape, NoPlanner, WrapPlan
 from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 from spiral_gripper_ros.runtime.background import Background
 from spiral_gripper_ros.runtime.control_clock import ControlClock
 from spiral_gripper_ros.runtime.event_log import EventLog
-from spiral_gripper_ros.runtime.outputs import Outputs
 
+# How long a stopping node waits until everyone has acknowledged the vent [s].
+ACKNOWLEDGE_TIMEOUT = 0.5
+
+_MANAGED = {
+    "status": GripStatus,
+    "wrap": Wrap,
+    "backbone": PoseArray,
+    "measured_backbone": PoseArray,
+    "markers": MarkerArray,
+}
 NOT_CONFIGURED = "the node has no gripper yet: configure it first"
 # What may be commanded while no gripper is loaded [Pa]; nothing is: the node is inactive.
 NO_GRIPPER_PRESSURE = 1.0
@@ -310,3 +330,66 @@ class Runtime:
     def _limits(self) -> Limits:
         own = NO_GRIPPER_PRESSURE if self.loaded is None else self.loaded.gripper.pressure_max
         return self.values.limits(own)
+
+
+class Outputs:
+    """The node's publishers.
+
+    ``pressure_command`` and ``/diagnostics`` exist as long as the node, in every lifecycle state,
+    so that a vent always gets out; the others are lifecycle publishers.
+
+    Args:
+        node: the node that publishes.
+        frame_id: frame of the stamped messages.
+    """
+
+    def __init__(self, node: LifecycleNode, frame_id: str) -> None:
+        self._node = node
+        self._frame_id = frame_id
+        self._pressure = node.create_publisher(Float64, "pressure_command", COMMAND)
+        self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._managed: dict[str, LifecyclePublisher] = {}
+
+    def configure(self) -> None:
+        """Create the lifecycle publishers."""
+        for name, kind in _MANAGED.items():
+            self._managed[name] = self._node.create_lifecycle_publisher(kind, name, LATEST)
+
+    def cleanup(self) -> None:
+        """Destroy the lifecycle publishers."""
+        for publisher in self._managed.values():
+            self._node.destroy_lifecycle_publisher(publisher)
+        self._managed.clear()
+
+    def header(self) -> Any:  # noqa: ANN401
+        """Return a header with the present time and the gripper's frame."""
+        return Header(stamp=self._node.get_clock().now().to_msg(), frame_id=self._frame_id)
+
+    def publish_pressure(self, pressure: float) -> None:
+        """Publish a gauge pressure [Pa]; anything that is not a finite number goes out as 0."""
+        self._pressure.publish(Float64(data=pressure if math.isfinite(pressure) else 0.0))
+
+    def publish(self, name: str, message: Any) -> None:  # noqa: ANN401
+        """Publish status, markers or a shape on the topic of this name, if the node is active."""
+        publisher = self._managed.get(name)
+        if publisher is not None:
+            publisher.publish(message)
+
+    def publish_shape(self, name: str, shape: GripShape | None, points: int, header: Any) -> None:  # noqa: ANN401
+        """Publish a shape, if there is one and the node is active."""
+        if shape is not None:
+            self.publish(name, backbone_to_msg(shape.state, points, header))
+
+    @property
+    def markers_are_wanted(self) -> bool:
+        """Whether anybody subscribes to ``markers``."""
+        publisher = self._managed.get("markers")
+        return publisher is not None and publisher.get_subscription_count() > 0
+
+    def publish_diagnostics(self, diagnostics: DiagnosticArray) -> None:
+        """Publish the diagnostics."""
+        self._diagnostics.publish(diagnostics)
+
+    def flush(self) -> None:
+        """Wait until the last pressure is acknowledged, or for ``ACKNOWLEDGE_TIMEOUT``."""
+        self._pressure.wait_for_all_acked(Duration(seconds=ACKNOWLEDGE_TIMEOUT))
