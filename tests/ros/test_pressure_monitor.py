@@ -11,12 +11,13 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from spiral_gripper_ros.control.command_envelope import PARTS, CommandEnvelope
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.pressure_monitor import (
     HIGHEST_PRESSURE,
     LOWEST_PRESSURE,
+    PARTS,
     PERSISTENCE,
+    CommandEnvelope,
     PressureMonitor,
 )
 from spiral_gripper_ros.control.states import Reason
