@@ -152,6 +152,12 @@ def test_a_status_carries_the_snapshot_and_the_wrap_its_plan(planner, loaded):
     assert message.regime == GripStatus.REGIME_OVERHANG
 
 
+def test_a_wrap_that_is_pressed_by_overpressure_is_shown_as_perfect(planner, loaded):
+    loaded.update_shape(1.15 * planner.plan(0.02).pressure, 0.02)
+    for wrapped, regime in ((False, WrapRegime.CURLING), (True, WrapRegime.PERFECT_WRAP)):
+        assert loaded.shown_regime(snapshot(State.TRACKING, radius=0.02, wrapped=wrapped)) is regime
+
+
 def diagnosed(state, clock_stands_still=False, **fields):
     health = {"internal_errors": 3, "clock_stands_still": clock_stands_still}
     told = (snapshot(state, **fields), Header().stamp)

@@ -15,7 +15,6 @@ from spiral_gripper_ros.messages.conversions import (
     figures_to_msg,
     filled,
     known,
-    shown_regime,
 )
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD
 
@@ -53,9 +52,7 @@ class GraspServer(GoalServer):
         runtime, snapshot, plan = self.runtime, self.runtime.control.snapshot(), report.plan
         loaded, pressure, values = runtime.loaded, snapshot.pressure, dict[str, Any]()
         if isinstance(message, Grasp.Feedback):
-            regime = None
-            if loaded is not None:
-                regime = shown_regime(snapshot, loaded, loaded.regime(pressure))
+            regime = None if loaded is None else loaded.shown_regime(snapshot)
             grip = runtime.grip_message(snapshot.pressure_target)
             values["settling_time"] = known(grip[0].settling_time) if grip else None
             return filled(message, snapshot, report, regime=REGIMES[regime], **values)

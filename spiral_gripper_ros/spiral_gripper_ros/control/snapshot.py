@@ -7,7 +7,6 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
-from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 
 
@@ -115,8 +114,3 @@ class Snapshot(Generic[PlanT]):
     def measured_pressure(self) -> float | None:
         """Measured gauge pressure [Pa], or None if it is not known."""
         return None if self.measured is None else self.measured.pressure
-
-    def shown(self, regime: WrapRegime | None) -> WrapRegime | None:
-        """Return a regime as it is shown: pressed by overpressure the wrap is still perfect."""
-        pressed = self.wrapped and regime is WrapRegime.CURLING
-        return WrapRegime.PERFECT_WRAP if pressed else regime

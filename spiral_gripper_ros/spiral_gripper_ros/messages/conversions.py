@@ -183,7 +183,6 @@ def status_to_msg(
         loaded: the gripper, with its shapes up to date.
         header: stamp and frame of the message.
     """
-    regime = shown_regime(snapshot, loaded, loaded.regime(snapshot.pressure))
     status: GripStatus = filled(
         GripStatus(),
         snapshot,
@@ -193,16 +192,9 @@ def status_to_msg(
         fault=snapshot.pressure_fault.reason,
         fault_text=snapshot.pressure_fault.text,
         object_radius=snapshot.radius,
-        regime=REGIMES[regime],
+        regime=REGIMES[loaded.shown_regime(snapshot)],
     )
     return status
-
-
-def shown_regime(
-    snapshot: Snapshot[WrapPlan], loaded: LoadedGripper, regime: WrapRegime | None
-) -> WrapRegime | None:
-    """Return a regime as it is shown: by the tip alone, overpressure is no curling yet."""
-    return regime if loaded.is_regime_from_contact else snapshot.shown(regime)
 
 
 def wrap_to_msg(

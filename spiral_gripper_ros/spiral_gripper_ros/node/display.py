@@ -11,7 +11,6 @@ from rclpy.node import Node
 from spiral_core.rod.state import RodState
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.messages.conversions import shown_regime
 from spiral_gripper_ros.messages.markers import Scene, no_markers, scene_to_msg
 from spiral_gripper_ros.node.robot_state import RobotState
 from spiral_gripper_ros.planning.grip_figures import GripFigures, TubeShape
@@ -77,7 +76,7 @@ class Display:
             commanded=_on_object(grip, snapshot.pressure_command, loaded.commanded.shape),
             measured=_on_object(grip, snapshot.measured_pressure, loaded.measured.shape),
             placement=placement,
-            regime=shown_regime(snapshot, loaded, loaded.regime(snapshot.pressure)),
+            regime=loaded.shown_regime(snapshot),
             text=_text(snapshot),
             outer_radius=loaded.gripper.tube.outer_radius,
         )

@@ -12,6 +12,7 @@ from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription
+from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
 from spiral_gripper_ros.planning.object_pose import SeenObject
@@ -162,6 +163,12 @@ class LoadedGripper:
         if shape is None or self._contact is None:
             return None if shape is None else shape.regime
         return WrapRegime.OVERHANG  # contact never wraps it
+
+    def shown_regime(self, snapshot: Snapshot[WrapPlan]) -> WrapRegime | None:
+        """Return the regime as it is shown: by the tip alone, overpressure is no curling yet."""
+        regime = self.regime(snapshot.pressure)
+        pressed = snapshot.wrapped and regime is WrapRegime.CURLING and self._contact is None
+        return WrapRegime.PERFECT_WRAP if pressed else regime
 
     def follow_grips(
         self, now: float, count: int, radius: float | None, seen: SeenObject | None

@@ -260,13 +260,14 @@ class Runtime:
 
     def _show(self, loaded: LoadedGripper, now: float) -> None:
         """Update the shapes and the grip, and publish those that have changed."""
-        seen = self.control.snapshot()
-        measured = None if seen.measured is None else seen.measured.pressure
-        pressure = seen.pressure
-        moved = loaded.update_shape(seen.pressure_command, seen.radius)
-        measured_moved = loaded.update_measured_shape(
-            measured, seen.radius, self.limits.pressure_tolerance
-        )
+        seen, points = self.control.snapshot(), self.values.publish.backbone_points
+        pressure, tolerance = seen.pressure, self.limits.pressure_tolerance
+        moved = {
+            "backbone": loaded.update_shape(seen.pressure_command, seen.radius),
+            "measured_backbone": loaded.update_measured_shape(
+                seen.measured_pressure, seen.radius, tolerance
+            ),
+        }
         self.follow_grips()
         seen_object = self.seen_object()
         grip = loaded.grip(seen.plan, seen.radius, seen_object, pressure)
@@ -282,32 +283,20 @@ class Runtime:
             *(None if grip is None else grip.computed_at, loaded.is_regime_from_contact),
             *(loaded.planner.radius_range, self.limits.pressure_cap, self.values.grip.payload),
         )
-        if moved or measured_moved or told != self._wrap_told:
+        if any(moved.values()) or told != self._wrap_told:
             self._wrap_told = told
-            self.outputs.publish("wrap", self._wrap(loaded, grip, now, header))
-        points = self.values.publish.backbone_points
-        if moved:
-            self.outputs.publish_shape("backbone", loaded.commanded.shape, points, header)
-        if measured_moved:
-            shape = loaded.measured.shape
-            self.outputs.publish_shape("measured_backbone", shape, points, header)
+            contact = None if grip is None else grip.contact_length
+            wrap = wrap_to_msg(snapshot, loaded, self.limits.pressure_cap, contact, header)
+            wrap.grip = self._grip_to_msg(grip, loaded)
+            if seen_object is not None:
+                age = now - seen_object.seen_at
+                fill_object(wrap, seen_object, age, loaded.placement(snapshot.plan))
+            self.outputs.publish("wrap", wrap)
+        shapes = (loaded.commanded.shape, loaded.measured.shape)
+        for (name, has_moved), shape in zip(moved.items(), shapes, strict=True):
+            if has_moved:
+                self.outputs.publish_shape(name, shape, points, header)
         self.log.tell(now, snapshot)
-
-    def _wrap(
-        self,
-        loaded: LoadedGripper,
-        grip: GripAnswer | None,
-        now: float,
-        header: Any,  # noqa: ANN401
-    ) -> Wrap:
-        """Return what is planned for the object in use, and what holds it."""
-        snapshot, seen = self.control.snapshot(), self.seen_object()
-        contact = None if grip is None else grip.contact_length
-        message = wrap_to_msg(snapshot, loaded, self.limits.pressure_cap, contact, header)
-        message.grip = self._grip_to_msg(grip, loaded)
-        if seen is not None:
-            fill_object(message, seen, now - seen.seen_at, loaded.placement(snapshot.plan))
-        return message
 
     def _grip_to_msg(
         self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float | None = None
