@@ -23,8 +23,8 @@ from ros.simulation_harness import RunningSimulator
 
 from spiral_gripper_ros.client import SpiralGripper
 from spiral_gripper_ros.process.node_process import NodeProcess
-from spiral_gripper_ros.simulation.radius_node import RADIUS_NODE
 from spiral_gripper_ros.simulation.regulator_node import REGULATOR_NODE
+from spiral_gripper_ros.simulation.simulator import RADIUS_NODE
 
 PAGE = Path(__file__).parents[2] / "docs" / "security.md"
 LOOPBACK = POLICY.with_name("loopback.xml")

@@ -8,7 +8,7 @@ from typing import Any
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from std_msgs.msg import Float64, Header
+from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
@@ -66,13 +66,11 @@ class RegulatorNode(Node):  # type: ignore[misc]
         """
         self.regulator.step(duration)
         if self._measuring.due(now, self.values.measured_rate):
-            self._measure()
+            pressure = self.regulator.report()
+            if pressure is not None:
+                self._measured.publish(Float64(data=pressure))
         if self._diagnosing.due(now, DIAGNOSTICS_RATE):
             self._diagnose(stamp)
-
-    def header(self, stamp: Any) -> Any:  # noqa: ANN401
-        """Return the header of a message."""
-        return Header(stamp=stamp, frame_id=self.values.frame_id)
 
     def _on_command(self, message: Float64) -> None:
         self.regulator.command(message.data)
@@ -96,11 +94,6 @@ class RegulatorNode(Node):  # type: ignore[misc]
             return response
 
         return inject
-
-    def _measure(self) -> None:
-        pressure = self.regulator.report()
-        if pressure is not None:
-            self._measured.publish(Float64(data=pressure))
 
     def _diagnose(self, stamp: Any) -> None:  # noqa: ANN401
         regulator = self.regulator
