@@ -93,19 +93,18 @@ def least_direction(m: Mat) -> Vec:
     The adjugate has the same eigenvectors, and there its largest eigenvalue: squared again and
     again, it keeps that one alone.
     """
-    x, y, z = m[0:3], m[3:6], m[6:9]
-    m = cross(y, z) + cross(z, x) + cross(x, y)
-    trace = m[0] + m[4] + m[8]
+    m = (cross(m[1], m[2]), cross(m[2], m[0]), cross(m[0], m[1]))
+    trace = m[0][0] + m[1][1] + m[2][2]
     if not trace > 0.0:
         return TANGENT
     for _ in range(SQUARINGS):
         m = matscale(1.0 / trace, m)
         m = matmul(m, m)
-        trace = m[0] + m[4] + m[8]
+        trace = m[0][0] + m[1][1] + m[2][2]
         if trace >= 1.0 - ALONE:
             break
-    longest = m[0:3]
-    for row in (m[3:6], m[6:9]):
+    longest = m[0]
+    for row in (m[1], m[2]):
         if dot(row, row) > dot(longest, longest):
             longest = row
     return scale(1.0 / math.sqrt(dot(longest, longest)), longest)
