@@ -135,3 +135,12 @@ def test_a_helix_may_be_a_circle_or_huge_or_tiny() -> None:
     assert (circle.radius, circle.pitch, circle.helix_angle) == (0.05, 0.0, math.pi / 2.0)
     assert Helix(1e200, 1e200).radius == pytest.approx(0.5e-200)
     assert Helix(1e-200, 0.0).radius == pytest.approx(1e200)
+
+
+def test_a_coil_with_just_as_many_turns_has_them_but_for_rounding():
+    coil = coil_from_state(helix_state(13.5), (1.0, 0.0, 0.0))
+    turns = coil.total_turns
+    for same in (turns, turns * (1.0 + 1e-12)):
+        assert coil.length_for_turns(same) == pytest.approx(LENGTH)
+        assert coil.advance_for_turns(same) == pytest.approx(coil.advances[-1] - coil.advances[0])
+    assert coil.length_for_turns(turns * (1.0 + 1e-6)) is None

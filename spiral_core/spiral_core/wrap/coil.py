@@ -18,6 +18,9 @@ from spiral_core.validation import require_unit_vector
 LEAST_SINE = 0.5
 # Nearer to the axis than this a tangent is on it: its azimuth is rounding.
 STRAIGHT_SINE = 1e-9
+# Turns that are fewer by less than this fraction are as many: at the end of a grippable range a
+# coil has just as many as are required.
+SAME_TURNS = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,8 +66,9 @@ class Coil:
     def _start_of_last(self, turns: float) -> float | None:
         """Return the arc length where the last ``turns`` turns begin [m]."""
         left = self.total_turns - turns
-        if not left >= 0.0:
+        if not left >= -SAME_TURNS * turns:
             return None
+        left = max(left, 0.0)
         below = np.nonzero(self.turns <= left)[0]
         i = int(below[-1])
         if i == len(self.turns) - 1:
