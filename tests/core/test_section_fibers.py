@@ -13,6 +13,7 @@ from scipy.optimize import newton
 from spiral_core import (
     CurvatureForm,
     FreeActuation,
+    Gent,
     InvalidInputError,
     NeoHookean,
     PressureLaw,
@@ -43,6 +44,14 @@ def test_the_end_of_a_steep_fibers_path_is_found_in_few_states(monkeypatch):
     assert 0 < len(rounds) < 30
     up_to_end = np.linspace(0.0, found.edges[-1], 97)[1:]
     assert closures(fibers, up_to_end)[1].all()
+
+
+def test_the_limit_of_an_elastomer_is_found_in_few_states(monkeypatch):
+    rounds = []
+    monkeypatch.setattr(section_module, "closures", lambda *of: rounds.append(of) or closures(*of))
+    brittle = FreeActuation(section(88.0, 60.0, Gent(shear_modulus=290.0e3, extension_limit=3.0)))
+    assert brittle.limit.name == "MATERIAL_LIMIT"
+    assert 0 < len(rounds) < 20
 
 
 def test_one_hoop_family_bends_without_twist():
@@ -146,7 +155,7 @@ def test_sideways_stiffness_is_the_second_difference_of_energy_less_work(gamma, 
     curve = FreeActuation(section(88.0, 60.0, gamma=gamma, thick_wall=thick))
     fibers, pressure = curve.path.fibers, 70.0e3
     far = np.array([curve.size_from_pressure(pressure)])
-    (change,), _ = closures(fibers, far)
+    (change,), *_ = closures(fibers, far)
 
     def ring(turn, angle):
         return ring_at(fibers, far, turn, np.array([angle]))

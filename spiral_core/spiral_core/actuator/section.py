@@ -261,8 +261,10 @@ def _layer(fibers: FiberSet, ring: Ring, depth: float) -> tuple[Numbers, Numbers
 # The complex step: derivatives to rounding.
 STEP = 1e-30
 NEWTON_STEPS, CONVERGED, ROUNDING = 8, 1e-14, 4e-15
-# Rows solved at once; a first one beyond this strain is approached from rest in so many steps.
-ROWS, FAR, RAMP = 6, 0.1, 24
+# Rows solved at once. A first one beyond this strain, and one that is too far from the last, is
+# approached in steps; those below this fraction of it find no way on: it is much less than
+# END_MARGIN.
+ROWS, FAR, LEAST_STEP = 6, 0.1, 1e-5
 
 
 def ring_of(fibers: FiberSet, far_strains: Numbers, unknowns: Numbers) -> Ring:
@@ -293,51 +295,42 @@ def closure_slopes(fibers: FiberSet, far_strains: Array, unknowns: Array) -> Arr
     return np.asarray(-np.linalg.solve(jacobian, change[:, :, None])[:, :, 0], dtype=np.float64)
 
 
-def closures(fibers: FiberSet, far_strains: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Return the unknowns (n, 1 or 2) that close the section, and where they were found.
+def closures(fibers: FiberSet, far_strains: Array) -> tuple[Array, NDArray[np.bool_], float]:
+    """Return the unknowns (n, 1 or 2) that close the section, where they were found, and how far.
 
-    From rest outwards, a few rows at a time, each guessed from the last.
+    From rest outwards, a few rows at a time, each guessed from the last, up to the first that does
+    not close.
     """
-    spread = fibers.half_spread or 0.0
-    rest = np.array([[0.0, spread]]) if spread else np.array([[0.0]])
-    ratio = closure_slopes(fibers, np.zeros(1), rest)
+    rest = np.array([[0.0, fibers.half_spread] if fibers.half_spread else [0.0]])
+    ratio, known = closure_slopes(fibers, np.zeros(1), rest), 0.0
+    unknowns = np.full((len(far_strains), rest.shape[1]), np.nan)
+    closed = np.zeros(len(far_strains), dtype=np.bool_)
     order = np.argsort(np.abs(far_strains), kind="stable")
-    nearest = far_strains[order[0]]
-    ramp = nearest * np.arange(1, RAMP) / RAMP if abs(nearest) > FAR else np.zeros(0)
-    rows = np.concatenate((ramp, far_strains[order]))
-    unknowns = np.full((len(rows), rest.shape[1]), np.nan)
-    closed = np.zeros(len(rows), dtype=np.bool_)
-    known = 0.0
+    left = [order[k : k + ROWS] for k in range(0, len(order), ROWS)][::-1]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for start in range(0, len(rows), ROWS):
-            part = slice(start, start + ROWS)
-            guess = rest + ratio * rows[part, None]
-            unknowns[part], closed[part] = _newton(fibers, rows[part], guess)
-            for k in (np.flatnonzero(~closed[part]) + start).tolist():  # too far from the last
-                steps = np.linspace(known, float(rows[k]), RAMP)[1:]
-                found = _in_steps(fibers, steps, rest, ratio)
-                if found is None:
-                    break
-                unknowns[k], closed[k], known = found, True, float(rows[k])
-                ratio = (found - rest) / known
-            last = min(start + ROWS, len(rows)) - 1
-            if not closed[last]:
-                break
-            if rows[last] != 0.0:
-                ratio, known = (unknowns[last] - rest) / rows[last], float(rows[last])
-    back = np.empty_like(order)
-    back[order] = np.arange(len(order)) + len(ramp)
-    return unknowns[back], closed[back]
-
-
-def _in_steps(fibers: FiberSet, steps: Array, rest: Array, ratio: Array) -> Array | None:
-    """Return the unknowns at the last of some strains, each guessed from the one before."""
-    for step in steps[:, None]:
-        unknowns, closed = _newton(fibers, step, rest + ratio * step[:, None])
-        if not closed[0]:
-            return None
-        ratio = (unknowns - rest) / step
-    return np.asarray((rest + ratio * steps[-1])[0], dtype=np.float64)
+        while left:
+            part = left.pop()
+            rows = far_strains[part]
+            far = known == 0.0 and abs(rows[0]) > FAR
+            found, good = _newton(fibers, rows, rest + ratio * rows[:, None])
+            if (far or not good.all()) and len(part) > 1:  # the nearest first, then the others
+                left += [part[1:], part[:1]]
+                continue
+            if far or not good.all():
+                step = min(abs(rows[0] - known), FAR) * np.sign(rows[0])
+                while known != rows[0]:
+                    near = known + step if abs(step) < abs(rows[0] - known) else float(rows[0])
+                    found, good = _newton(fibers, np.array([near]), rest + ratio * near)
+                    if good[0]:
+                        ratio, known, step = (found - rest) / near, near, 1.5 * step
+                        continue
+                    step *= 0.5
+                    if not abs(step) > LEAST_STEP * abs(rows[0]):
+                        return unknowns, closed, known
+            unknowns[part], closed[part] = found, True
+            if rows[-1] != 0.0:
+                ratio, known = (found[-1:] - rest) / rows[-1], float(rows[-1])
+    return unknowns, closed, known
 
 
 def _newton(
@@ -369,8 +362,6 @@ PANEL_WIDTH, TAIL_TOLERANCE, HALVINGS = 0.5, 1e-13, 3
 SAME_END = 1e-9
 # Strains at which the end of the path is looked for.
 SCAN = 96
-# Where the section stops closing is found to this fraction of itself, much less than END_MARGIN.
-CLOSED_TOLERANCE = 1e-6
 
 
 class Motion(NamedTuple):
@@ -457,7 +448,7 @@ class SectionPath(ShapePath):
 
 def motion_at(fibers: FiberSet, far_strains: Array) -> Motion:
     """Return the closed section at (n,) far-side strains, with derivatives along the path."""
-    unknowns, closed = closures(fibers, far_strains)
+    unknowns, closed, _ = closures(fibers, far_strains)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         slopes = closure_slopes(fibers, far_strains, unknowns)
         moved = ring_of(fibers, far_strains + 1j * STEP, unknowns + 1j * STEP * slopes)
@@ -470,7 +461,7 @@ def sideways_motion(fibers: FiberSet, far_strains: Array) -> Motion:
     The derivatives are those in the cosine of the angle between the two, at 1: by symmetry nothing
     changes in the first order of the angle itself.
     """
-    unknowns, closed = closures(fibers, far_strains)
+    unknowns, closed, _ = closures(fibers, far_strains)
     change, step = unknowns[:, 0], 1j * STEP
     by_change = ring_at(fibers, far_strains, change + step).warp.imag
     by_facing = ring_at(fibers, far_strains, change + 0j, facing=1.0 + step).warp.imag
@@ -506,18 +497,34 @@ def section_path(fibers: FiberSet) -> SectionPath:
         fibers: two families, with or without single fibers.
     """
     # Pressure moves the far side in the direction in which the enclosed volume grows at rest.
-    direction = 1.0 if motion_at(fibers, np.zeros(1)).volume_slope[0] >= 0.0 else -1.0
+    motion = motion_at(fibers, np.zeros(1))
+    direction = 1.0 if motion.volume_slope[0] >= 0.0 else -1.0
     low, high = fibers.collapse_strains()
-    edges = _edges(fibers, direction, _past_end(fibers, direction, (low, high)), (low, high))
-    sizes = panel_nodes(edges)
-    motion = motion_at(fibers, direction * sizes.ravel())
-    ring = motion.ring
+    left, right = (-low, high) if direction > 0.0 else (high, -low)
 
-    def quotient(values: Array) -> Panels:
-        return Panels(edges, values.reshape(sizes.shape) / sizes)
+    def sample(sizes: Array) -> Array:
+        nonlocal motion
+        motion = motion_at(fibers, direction * sizes.ravel())
+        values = (motion.volume_slope, motion.ring.stretch_change, motion.first_slope[:, -1])
+        return np.stack(values).reshape(-1, *sizes.shape)
 
-    volume_slope = Panels(edges, direction * motion.volume_slope.reshape(sizes.shape))
-    end, limit = _end(edges, volume_slope, Panels(edges, motion.stretch_slope.reshape(sizes.shape)))
+    # Panels on which polynomials meet the path to rounding, whose states are the last sampled.
+    past_end = _past_end(fibers, direction, right)
+    edges = graded_edges(past_end, min(left, 1.0), right, PANEL_WIDTH)
+    edges, _ = refined_panels(edges, sample, TAIL_TOLERANCE, HALVINGS)
+    sizes, ring = panel_nodes(edges), motion.ring
+
+    def panels(values: Array) -> Panels:
+        return Panels(edges, values.reshape(sizes.shape))
+
+    volume_slope = panels(direction * motion.volume_slope)
+    nodes = np.linspace(0.0, edges[-1], SCAN).tolist()
+    largest_volume = first_sign_change(volume_slope, nodes)
+    end = first_sign_change(panels(motion.stretch_slope), nodes) or edges[-1]
+    limit = ActuationLimit.FIBER_LOCKING
+    # Next to a hoop family both come at once: then it is the other family that locks.
+    if largest_volume is not None and largest_volume < (1.0 - SAME_END) * end:
+        end, limit = largest_volume, ActuationLimit.VOLUME_MAXIMUM
     return SectionPath(
         fibers=fibers,
         direction=direction,
@@ -525,71 +532,21 @@ def section_path(fibers: FiberSet) -> SectionPath:
         strain_limit=end * (1.0 - END_MARGIN),
         limit=limit,
         motion=motion,
-        stretch=quotient(ring.stretch_change),
+        stretch=panels(ring.stretch_change / sizes.ravel()),
         volume_slope=volume_slope,
-        curvature=quotient(ring.bend / ring.hoop),
-        torsion=quotient(ring.twist / ring.hoop - fibers.single_slope),
+        curvature=panels(ring.bend / ring.hoop / sizes.ravel()),
+        torsion=panels((ring.twist / ring.hoop - fibers.single_slope) / sizes.ravel()),
     )
 
 
-def _past_end(fibers: FiberSet, direction: float, collapse: tuple[float, float]) -> float:
+def _past_end(fibers: FiberSet, direction: float, collapse: float) -> float:
     """Return a |y| at which the section still closes, just past the end of its path."""
-    reach = (collapse[1] if direction > 0.0 else -collapse[0]) * (1.0 - END_MARGIN)
-    sizes = reach * (np.arange(1, SCAN + 1) / SCAN) ** 2
-    before = 0.0
-    for part in np.split(sizes, SCAN // ROWS):
-        motion = motion_at(fibers, direction * part)
-        ended = ~((direction * motion.volume_slope > 0.0) & (motion.stretch_slope > 0.0))
-        if ended.any():
-            first = int(np.argmax(ended))
-            if motion.closed[first]:
-                return float(part[first])
-            low = float(part[first - 1]) if first else before
-            return _last_closed(fibers, direction, low, float(part[first]))
-        before = float(part[-1])
-    return reach
-
-
-def _last_closed(fibers: FiberSet, direction: float, low: float, high: float) -> float:
-    """Return the largest |y| at which the section closes, to :data:`CLOSED_TOLERANCE`.
-
-    Args:
-        fibers: which fibers.
-        direction: sign of y.
-        low: |y| at which it closes.
-        high: |y| at which it does not.
-    """
-    while high - low > CLOSED_TOLERANCE * high:
-        sizes = np.linspace(low, high, ROWS + 2)
-        _, closed = closures(fibers, direction * sizes[1:-1])
-        count = ROWS if closed.all() else int(np.argmin(closed))
-        low, high = float(sizes[count]), float(sizes[count + 1])
-    return low
-
-
-def _end(
-    edges: tuple[float, ...], volume_slope: Panels, stretch_slope: Panels
-) -> tuple[float, ActuationLimit]:
-    """Return |y| at which the volume is largest or the stretch is, or where the path ends."""
-    nodes = np.linspace(0.0, edges[-1], SCAN).tolist()
-    volume = first_sign_change(volume_slope, nodes)
-    stretch = first_sign_change(stretch_slope, nodes) or edges[-1]
-    # Next to a hoop family both come at once: then it is the other family that locks.
-    if volume is not None and volume < (1.0 - SAME_END) * stretch:
-        return volume, ActuationLimit.VOLUME_MAXIMUM
-    return stretch, ActuationLimit.FIBER_LOCKING
-
-
-def _edges(
-    fibers: FiberSet, direction: float, end: float, collapse: tuple[float, float]
-) -> tuple[float, ...]:
-    """Return panels on which polynomials meet the path to rounding."""
-    left, right = (-collapse[0], collapse[1]) if direction > 0.0 else (collapse[1], -collapse[0])
-    edges = graded_edges(end, min(left, 1.0), right, PANEL_WIDTH)
-
-    def sample(sizes: Array) -> Array:
-        motion = motion_at(fibers, direction * sizes.ravel())
-        values = (motion.volume_slope, motion.ring.stretch_change, motion.first_slope[:, -1])
-        return np.stack(values).reshape(-1, *sizes.shape)
-
-    return refined_panels(edges, sample, TAIL_TOLERANCE, HALVINGS)[0]
+    sizes = collapse * (1.0 - END_MARGIN) * (np.arange(SCAN + 1) / SCAN) ** 2
+    motion = motion_at(fibers, direction * sizes)
+    ended = ~((direction * motion.volume_slope > 0.0) & (motion.stretch_slope > 0.0))
+    first = int(np.argmax(ended[1:])) + 1 if ended[1:].any() else SCAN
+    if motion.closed[first]:
+        return float(sizes[first])
+    # A little before the last state found, so that it is found from elsewhere too.
+    reached = closures(fibers, direction * sizes[first - 1 : first + 1])[2]
+    return abs(reached) * (1.0 - END_MARGIN)

@@ -291,15 +291,14 @@ def _first_order(actuator: Actuator, path: SectionPath, branch: Branch) -> Branc
 
 def _material_end(path: SectionPath, material: HyperelasticLaw) -> tuple[float, ActuationLimit]:
     """Return |y| at which the path ends, or the elastomer's limit is reached before."""
-    room = material.first_invariant_limit - 3.0
-    if not path.motion.first.max() >= room:
-        return path.strain_limit, path.limit
-
-    def left(size: float) -> float:
-        return room - float(motion_at(path.fibers, np.array([path.direction * size])).first.max())
-
-    nodes = [edge for edge in path.edges if edge < path.strain_limit]
-    end = first_sign_change(left, [*nodes, path.strain_limit])
+    room, shape = material.first_invariant_limit - 3.0, panel_nodes(path.edges).shape
+    nodes = [*(edge for edge in path.edges if edge < path.strain_limit), path.strain_limit]
+    ends = [
+        first_sign_change(Panels(path.edges, (room - excess).reshape(shape)), nodes)
+        for excess in path.motion.first.T
+        if excess.max() >= room
+    ]
+    end = min((end for end in ends if end is not None), default=None)
     if end is None:
         return path.strain_limit, path.limit
     return end * (1.0 - END_MARGIN), ActuationLimit.MATERIAL_LIMIT
