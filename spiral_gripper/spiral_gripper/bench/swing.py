@@ -39,14 +39,14 @@ class SolvedSwing(NamedTuple):
 
 def fit_free_swing(
     description: GripperDescription,
-    path: Path,
+    files: Sequence[Path],
     options: CalibrationOptions,
 ) -> SolvedSwing:
     """Return the damping of a gripper from a file of its free swing.
 
     Args:
         description: the gripper, mounted as it was when it swung.
-        path: CSV file with the columns time, displacement and pressure.
+        files: one CSV file with the columns time, displacement and pressure.
         options: what is stated beside the file, and the factor on the air's drag if it is held.
 
     Raises:
@@ -54,7 +54,9 @@ def fit_free_swing(
         InvalidInputError: it holds no swing of this gripper.
         SolverError: the fit did not converge.
     """
-    readings, pressure = _read(path, options)
+    if len(files) != 1:
+        raise InvalidInputError("--free-swing", f"{len(files)} files", "with one file, one swing")
+    readings, pressure = _read(files[0], options)
     most = description.gripper.pressure_max
     if not pressure <= most:
         requirement = f"at most the gripper's limit, {shown(most, 'Pa')}"
@@ -127,10 +129,3 @@ def _read(path: Path, options: CalibrationOptions) -> tuple[list[SwingReading], 
         table.note(None, "time", "holds a time twice: one swing a file")
     table.raise_problems()
     return readings, pressure
-
-
-def require_one_file(files: Sequence[Path]) -> Path:
-    """Return the one file of a swing; refuse several."""
-    if len(files) != 1:
-        raise InvalidInputError("--free-swing", f"{len(files)} files", "with one file, one swing")
-    return files[0]

@@ -168,10 +168,9 @@ def calibrate(
         if stated.section_length is not None or stated.accept_implausible:
             unused = "--section-length and --accept-implausible"
             raise click.UsageError(f"--free-swing takes the gripper's length: leave {unused} out")
-        from spiral_gripper.bench.swing import FREE_SWING, fit_free_swing, require_one_file
+        from spiral_gripper.bench.swing import FREE_SWING, fit_free_swing
 
-        solved = fit_free_swing(description, require_one_file(files), stated)
-        print_result(FREE_SWING, solved, as_json)
+        print_result(FREE_SWING, fit_free_swing(description, files, stated), as_json)
         return 0
     measurements = load_files(description, files, stated)
     if measured_curve:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -19,9 +18,6 @@ from spiral_gripper.cli.types import (
     typed_units,
 )
 from spiral_gripper.cli.workers import progress_bar
-
-if TYPE_CHECKING:
-    from spiral_core.design.report import DesignReport
 
 INFEASIBLE = 1
 EXAMPLE = """\b
@@ -64,7 +60,7 @@ def design(
     requirement = requirement_from(options, contact=not paper)
 
     from spiral_core.design.procedure import design_gripper
-    from spiral_gripper.files.shown import units_shown
+    from spiral_gripper.files.shown import shown_message, units_shown
 
     context = click.get_current_context()
     context.with_resource(units_shown(typed_units(context.obj or {})))
@@ -89,7 +85,14 @@ def design(
         for warning in warnings_of_size(result.design.tube, THIN_WALL):
             click.echo(f"warning: {warning}", err=True)
     if save is not None:
-        _save(result, save)
+        if not result.feasible or result.design is None:
+            reason = shown_message(result.binding.sentence)
+            raise click.ClickException(f"nothing is saved: not feasible: {reason}")
+        from spiral_gripper.files.storage import write_file
+        from spiral_gripper.reports.design_document import description_text
+
+        write_file(save, description_text(result.design, save.stem), replace=False)
+        say_written(save)
     if plot is not None:
         from spiral_gripper.reports.plots import design_figure
 
@@ -100,18 +103,3 @@ def design(
         write_report(result, report)
         say_written(report)
     return 0 if result.feasible else INFEASIBLE
-
-
-def _save(result: DesignReport, path: Path) -> None:
-    """Write the description of a feasible design to a file that does not exist yet."""
-    from spiral_gripper.files.shown import shown_message
-    from spiral_gripper.files.storage import write_file
-    from spiral_gripper.reports.design_document import description_text
-
-    if not result.feasible or result.design is None:
-        raise click.ClickException(
-            f"nothing is saved: not feasible: {shown_message(result.binding.sentence)}"
-        )
-    text = description_text(result.design, path.stem)
-    write_file(path, text, replace=False)
-    say_written(path)

@@ -40,15 +40,13 @@ def doctor(gripper: str | None, as_json: bool) -> int:
         "versions": check_versions,
         "kernels": check_kernels,
         **{name: partial(check_gripper, name) for name in names},
-    }
-    # They need all that is checked before them.
-    last: dict[str, Callable[[], str]] = {
         "grip": partial(check_grip, names[0]),
         "node": partial(check_node, names[0]),
     }
     found: list[dict[str, object]] = []
-    for name, check in {**checks, **last}.items():
-        if name in last and any(each["problem"] for each in found):
+    for name, check in checks.items():
+        # The last two need all that is checked before them.
+        if name in ("grip", "node") and any(each["problem"] for each in found):
             continue
         problem, text = _outcome(check)
         found.append({"name": name, "problem": problem, "text": text})
@@ -103,11 +101,10 @@ def check_gripper(name: str) -> str:
 
     description = load_description(name)
     curve = WrapCurve(description.gripper)
-    limit = shown(description.gripper.pressure_max, "Pa")
     radii = shown_range(curve.radius_min, curve.radius_max)
-    return "; ".join(
-        (f"tip criterion for radii from {radii}, up to {limit}", *description.warnings)
-    )
+    limit = shown(description.gripper.pressure_max, "Pa")
+    found = f"tip criterion for radii from {radii}, up to {limit}"
+    return "; ".join((found, *description.warnings))
 
 
 def check_grip(name: str) -> str:
@@ -116,12 +113,11 @@ def check_grip(name: str) -> str:
     from spiral_gripper.files.description import load_gripper
     from spiral_gripper.files.shown import shown
 
-    gripper = load_gripper(name)
-    window = grip_window(lay_into_coil(gripper, _middle_radius(name)))
-    if window.onset_wrap is None:
-        raise ValueError(f"{name} holds no object of {shown(_middle_radius(name), 'm')}")
-    radius, onset = shown(_middle_radius(name), "m"), shown(window.onset_wrap, "Pa")
-    return f"{name} wraps an object of {radius} from {onset}"
+    radius = _middle_radius(name)
+    onset = grip_window(lay_into_coil(load_gripper(name), radius)).onset_wrap
+    if onset is None:
+        raise ValueError(f"{name} holds no object of {shown(radius, 'm')}")
+    return f"{name} wraps an object of {shown(radius, 'm')} from {shown(onset, 'Pa')}"
 
 
 def check_node(name: str) -> str:

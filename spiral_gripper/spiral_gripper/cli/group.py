@@ -42,11 +42,7 @@ class Group(click.Group):
         commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
         with formatter.section("Commands"):
             formatter.write_dl(
-                [
-                    (name, command.get_short_help_str(limit=sys.maxsize))
-                    for name, command in commands.items()
-                    if command is not None
-                ]
+                [(n, c.get_short_help_str(limit=sys.maxsize)) for n, c in commands.items() if c]
             )
 
     def _advice(self, ctx: click.Context, args: list[str]) -> str:
@@ -62,16 +58,9 @@ class Group(click.Group):
                 return f"did you mean {path} {name} {args[0]} {rest}".rstrip() + "?"
         listed = f"the commands of {path} are {', '.join(names)}"
         likely = next((name for name in ("wrap", "pressure", "show") if name in names), "")
-        if likely and _is_gripper(args[0]):
+        from spiral_gripper.files.catalog import available_grippers
+
+        if likely and (args[0].endswith((".yaml", ".yml")) or args[0] in available_grippers()):
             example = f"{path} {likely} {args[0]} {rest}".rstrip()
             return f"a command comes before the gripper, as in {example}; {listed}"
         return listed
-
-
-def _is_gripper(text: str) -> bool:
-    """Return whether a text names a gripper: a shipped one or a file."""
-    if text.endswith((".yaml", ".yml")):
-        return True
-    from spiral_gripper.files.catalog import available_grippers
-
-    return text in available_grippers()

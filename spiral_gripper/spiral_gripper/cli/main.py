@@ -118,13 +118,16 @@ def run(arguments: Sequence[str]) -> int:
         result = spiral_gripper.main(
             args=list(arguments), prog_name="spiral-gripper", standalone_mode=False, obj=givens
         )
-        _flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()  # while a failure can still be reported
     except NoCommandError as error:
         click.echo(error.format_message(), err=True)
         return NO_ANSWER
     except click.UsageError as error:  # click puts choices on lines of their own
-        advice = " Give the radius, half the diameter." if _asks_for_diameter(error) else ""
-        return _complain(" ".join(error.format_message().split()) + advice)
+        message = " ".join(error.format_message().split())
+        if isinstance(error, click.NoSuchOption) and error.option_name == "--diameter":
+            message += " Give the radius, half the diameter."
+        return _complain(message)
     except click.ClickException as error:
         return _complain(error.format_message())
     except (click.Abort, KeyboardInterrupt):
@@ -150,13 +153,19 @@ def run(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command line of this process."""
+    command = sys.argv[1] if sys.argv[1:] else ""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        _choose_interrupt(sys.argv[1] if sys.argv[1:] else "")
+        # Ctrl-C ends a command that holds nothing at once, and one of many steps between two. An
+        # exception while numba packs the result of a kernel would end in a segmentation fault.
+        if command in STEPWISE:
+            interrupt_between_steps()
+        elif command not in COMMANDS or not COMMANDS[command].module.startswith("ros."):
+            signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.set_threshold(NEW_OBJECTS)
     atexit.register(gc.freeze)  # else Python looks through all objects once more before it ends
     patience = Timer(PATIENCE, _say_what_takes_long)
     patience.daemon = True
-    if sys.argv[1:2] and sys.argv[1] in COMPUTING and sys.stderr is not None:
+    if command in COMPUTING and sys.stderr is not None:
         patience.start()
     try:
         sys.exit(run(sys.argv[1:]))
@@ -164,31 +173,10 @@ def main() -> None:
         patience.cancel()
 
 
-def _choose_interrupt(command: str) -> None:
-    """Let Ctrl-C end a command that holds nothing at once, and one of many steps between two.
-
-    An exception while numba packs the result of a kernel would end in a segmentation fault.
-    """
-    if command in STEPWISE:
-        interrupt_between_steps()
-    elif command not in COMMANDS or not COMMANDS[command].module.startswith("ros."):
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 def _say_what_takes_long() -> None:
     """Print that the command is at work, if standard error is a terminal."""
     if sys.stderr.isatty():
         click.echo("computing ...", err=True)
-
-
-def _asks_for_diameter(error: click.UsageError) -> bool:
-    return isinstance(error, click.NoSuchOption) and error.option_name == "--diameter"
-
-
-def _flush() -> None:
-    """Flush standard output while a failure can still be reported."""
-    if sys.stdout is not None:
-        sys.stdout.flush()
 
 
 def _drop_output() -> None:

@@ -179,10 +179,6 @@ def _read_direction(entry: Entry) -> Vector:
         raise _RefusedError from None
 
 
-def _read_axis(entry: Entry) -> Vector | None:
-    return None if entry.text == FITTED else _read_direction(entry)
-
-
 _TEXT: Final = "text, in quotes if it looks like a number"
 _WOUND: Final = "-90 to 90 deg, not 0"
 FIELDS: Final = MappingProxyType(
@@ -238,7 +234,9 @@ FIELDS: Final = MappingProxyType(
         ),
         "mount.gravity_magnitude": _quantity(Dimension.ACCELERATION, ">= 0", "`9.80665 m/s^2`"),
         "mount.object_axis": Field(
-            "axis", f"{FITTED}, or {_DIRECTION}", _read_axis, "not zero", "`fitted`"
+            "axis", f"{FITTED}, or {_DIRECTION}",
+            lambda entry: None if entry.text == FITTED else _read_direction(entry),
+            "not zero", "`fitted`",
         ),
         "limits.pressure_max": _quantity(Dimension.PRESSURE, required=True),
         "grip.turns_required": _number("> 0", "`1.05`"),

@@ -93,6 +93,5 @@ def _draw_outline(axes: Axes, rims: Array, label: str | None) -> None:
     low, high = rims.min(axis=(0, 1)), rims.max(axis=(0, 1))
     axes.dataLim.update_from_data_xy(np.stack((low, high)))
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    room = float(in_units(ROOM, "m"))
-    axes.set(xlim=(min(left, low[0] - room), max(right, high[0] + room)))
-    axes.set(ylim=(min(bottom, low[1] - room), max(top, high[1] + room)))
+    (x, y), (x_end, y_end) = low - in_units(ROOM, "m"), high + in_units(ROOM, "m")
+    axes.set(xlim=(min(left, x), max(right, x_end)), ylim=(min(bottom, y), max(top, y_end)))

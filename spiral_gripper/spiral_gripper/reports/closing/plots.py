@@ -62,7 +62,9 @@ def write_animation(
     last = closing.frames[-1].time
     count = min(MOST_PICTURES, max(2, round(last * PICTURE_RATE)), len(closing.frames))
     chosen = np.rint(np.linspace(0, len(closing.frames) - 1, count)).astype(int)
-    limits, reach = _limits(closing), _object_reach(closing)
+    limits, center = _limits(closing), np.asarray(closing.setup.obstacle.position)
+    heights = [(one.state.positions - center) @ closing.setup.axis for one in closing.frames]
+    reach = float(np.min(heights)), float(np.max(heights))  # every frame's tube lies beside it
     figure = Figure(figsize=(6.0, 3.6), layout="constrained")
     FigureCanvasAgg(figure)
     writer = PillowWriter(fps=max(1, round(count / max(last, 1e-3))))
@@ -83,13 +85,6 @@ def write_animation(
                 if progress is not None:
                     progress(done, count)
         write_file(path, written.read_bytes())
-
-
-def _object_reach(closing: TimedClosing) -> tuple[float, float]:
-    """Return where an object ends that every frame's tube lies beside, along its axis [m]."""
-    center = np.asarray(closing.setup.obstacle.position)
-    heights = [(frame.state.positions - center) @ closing.setup.axis for frame in closing.frames]
-    return float(np.min(heights)), float(np.max(heights))
 
 
 def _limits(closing: TimedClosing) -> Limits:
