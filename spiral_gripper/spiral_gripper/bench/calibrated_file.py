@@ -11,11 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from spiral_core import FittedQuantity, MeasuredActuation
+from spiral_core import MeasuredActuation
 from spiral_core.calibration.fit import Calibration
 from spiral_core.calibration.model import constants_of
 from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_core.message import Message
+from spiral_gripper.bench.report import FIELD_OF_QUANTITY
 from spiral_gripper.files.catalog import GRIPPERS, read_description_text
 from spiral_gripper.files.description import GripperDescription, parse_description
 from spiral_gripper.files.description_text import changed_text, read_for_change, written
@@ -28,11 +29,6 @@ if TYPE_CHECKING:
 
 # Ten digits: rounding in the file does not change the fitted pressures noticeably.
 _DIGITS = 10
-_FIELD_OF_QUANTITY = {
-    FittedQuantity.BENDING_STIFFNESS.value: "stiffness.bending",
-    FittedQuantity.TORSIONAL_STIFFNESS.value: "stiffness.torsional",
-    FittedQuantity.STRAIGHT_FIBER_RADIUS.value: "fibers.straight_fiber_radius",
-}
 
 
 def write_calibrated_description(
@@ -94,8 +90,8 @@ def calibrated_text(
     root = read_for_change(read_description_text(description.source))
     _write_law(root["material"], calibration)
     for name in calibration.names:
-        if name in _FIELD_OF_QUANTITY:
-            section, key = _FIELD_OF_QUANTITY[name].split(".")
+        section, key = FIELD_OF_QUANTITY[name].split(".")
+        if section != "material":
             if not isinstance(root.get(section), dict):
                 root[section] = type(root)()
             _put(root[section], key, _text(name, calibration.value(name)), calibration, name)
@@ -155,7 +151,7 @@ def _comment_below(section: CommentedMap, key: str) -> str:
 
 def _text(name: str, value: float, digits: int = _DIGITS) -> str | float:
     """Return the value of a fitted quantity as description files write it."""
-    return written(_FIELD_OF_QUANTITY.get(name, f"material.{name}"), value, digits)
+    return written(FIELD_OF_QUANTITY[name], value, digits)
 
 
 def _quantities(values: Sequence[float], factor: float, unit: str) -> CommentedSeq:

@@ -9,17 +9,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 from spiral_core import FittedQuantity
 from spiral_core.calibration.regression import Interval
+from spiral_gripper.files.fields import CONSTANTS, FIELDS
 from spiral_gripper.files.shown import number, shown, shown_message
 from spiral_gripper.reports.fields import Field, Rows
 
 if TYPE_CHECKING:
     from spiral_gripper.bench.run import CalibrationResult
 
-_UNIT_OF_QUANTITY = {
-    FittedQuantity.BENDING_STIFFNESS.value: "N m^2",
-    FittedQuantity.TORSIONAL_STIFFNESS.value: "N m^2",
-    FittedQuantity.STRAIGHT_FIBER_RADIUS.value: "m",
-    "extension_limit": "1",
+# Fields of a gripper's file that a fit determines, by the quantity's name.
+FIELD_OF_QUANTITY = {
+    **{name: f"material.{name}" for name in CONSTANTS},
+    FittedQuantity.BENDING_STIFFNESS.value: "stiffness.bending",
+    FittedQuantity.TORSIONAL_STIFFNESS.value: "stiffness.torsional",
+    FittedQuantity.STRAIGHT_FIBER_RADIUS.value: "fibers.straight_fiber_radius",
 }
 # A limit of pressure past this many times the readings' is no figure of the actuator.
 _BEYOND_READINGS = 10.0
@@ -62,15 +64,12 @@ def _values(result: CalibrationResult) -> dict[str, Any]:
 
 
 def _value_rows(result: CalibrationResult) -> Rows:
-    return [
-        (
-            name,
-            interval_text(
-                one["value"], one["interval"], _UNIT_OF_QUANTITY.get(name, "Pa"), result.level, 5
-            ),
-        )
-        for name, one in _values(result).items()
-    ]
+    rows = []
+    for name, one in _values(result).items():
+        dimension = FIELDS[FIELD_OF_QUANTITY[name]].dimension
+        unit = "1" if dimension is None else dimension.si_unit
+        rows.append((name, interval_text(one["value"], one["interval"], unit, result.level, 5)))
+    return rows
 
 
 def _correlation_rows(result: CalibrationResult) -> Rows:
@@ -98,10 +97,8 @@ def _left_out(result: CalibrationResult) -> str | None:
     found = result.cross_validation
     if found is None:
         return None
-    text = (
-        f"{found.error_scale:.3g} times the stated errors (rms), "
-        f"{found.share_of_largest:.2%} of the largest reading"
-    )
+    text = f"{found.error_scale:.3g} times the stated errors (rms)"
+    text += f", {found.share_of_largest:.2%} of the largest reading"
     missed = ", ".join(shown(pressure, "Pa") for pressure in found.not_predicted)
     return f"{text}; not predicted: {missed}" if missed else text
 

@@ -77,7 +77,7 @@ def find_description(
     if path.name in shipped.names:
         return shipped.path / f"{path.name}{_SUFFIX}"
     reason = f"no {shipped.noun} has this name; {_shipped_names(path, shipped)}"
-    raise DescriptionError([_unreadable(path.name, reason)])
+    raise _unreadable(path.name, reason)
 
 
 def read_description_text(path: Path, shipped: ShippedFiles = GRIPPERS) -> str:
@@ -91,20 +91,18 @@ def read_description_text(path: Path, shipped: ShippedFiles = GRIPPERS) -> str:
     except FileError as error:
         there = os.path.exists(path)  # noqa: PTH110  # also where a name is too long to look up
         advice = "" if there else f"; {_shipped_names(path, shipped)}"
-        raise DescriptionError([_unreadable(str(path), f"{error.reason}{advice}")]) from None
+        raise _unreadable(str(path), f"{error.reason}{advice}") from None
 
 
 def _shipped_names(path: Path, shipped: ShippedFiles) -> str:
     """Return advice: the shipped file with the most similar name, and the list of all."""
     nearest = get_close_matches(path.stem, shipped.names, n=1)
     hint = f"did you mean {nearest[0]}? " if nearest else ""
-    verb = "are" if len(shipped.names) > 1 else "is"
-    plural = f"{shipped.noun}s" if len(shipped.names) > 1 else shipped.noun
-    return (
-        f"{hint}the shipped {plural} {verb} {', '.join(shipped.names)}; "
-        "write a path for any other file"
-    )
+    nouns = f"{shipped.noun}s are" if len(shipped.names) > 1 else f"{shipped.noun} is"
+    known = ", ".join(shipped.names)
+    return f"{hint}the shipped {nouns} {known}; write a path for any other file"
 
 
-def _unreadable(file: str, requirement: str) -> Problem:
-    return Problem(ProblemKind.UNREADABLE, file or '""', None, None, "", None, requirement)
+def _unreadable(file: str, reason: str) -> DescriptionError:
+    place = (file or '""', None, None)
+    return DescriptionError([Problem(ProblemKind.UNREADABLE, *place, "", None, reason)])

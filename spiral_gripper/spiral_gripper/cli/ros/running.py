@@ -4,18 +4,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import click
 
 from spiral_gripper.cli.output import print_json, waiting
 from spiral_gripper.cli.ros.side import load_ros_side
-from spiral_gripper.cli.ros.simulate import require_namespace
+from spiral_gripper.cli.ros.simulate import checked_namespace
 from spiral_gripper.cli.types import (
     MASS,
     POSITIVE_NUMBER,
-    Decorated,
     QuantityType,
     output_options,
     units_option,
@@ -25,27 +23,20 @@ SIDE = "tools.commands"
 _RADIUS = QuantityType("LENGTH", above=0.0)
 
 
-def _namespace(context: click.Context, parameter: click.Parameter, value: str) -> str:
-    """Return a checked namespace."""
-    del context, parameter
-    require_namespace(value)
-    return value
-
-
-namespace_option: Callable[[Decorated], Decorated] = click.option(
+namespace_option = click.option(
     "--namespace",
     metavar="NAME",
     default="/",
-    callback=_namespace,
+    callback=checked_namespace,
     help="Namespace of the gripper's node.",
 )
-timeout_option: Callable[[Decorated], Decorated] = click.option(
+timeout_option = click.option(
     "--timeout",
     type=POSITIVE_NUMBER,
     metavar="SECONDS",
     help="Time limit.  [default: the node's grasp.timeout]",
 )
-overpressure_option: Callable[[Decorated], Decorated] = click.option(
+overpressure_option = click.option(
     "--overpressure",
     type=QuantityType("PRESSURE", least=0.0),
     help="Pressure to add to the pressure of the wrap.  [default: what the node recommends]",

@@ -18,6 +18,28 @@ NAMESPACE_LENGTH_MAX = 150
 _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?")
 
 
+def checked_namespace(
+    context: click.Context, option: click.Parameter, name: str | None
+) -> str | None:
+    """Return the namespace that an option has; nothing for none.
+
+    Raises:
+        click.BadParameter: it is no namespace.
+    """
+    del context, option
+    if name is not None and not _NAMESPACE.fullmatch(name):
+        raise click.BadParameter(
+            "it must be names of letters, digits and _, none beginning with a digit, "
+            f"separated by single /, got {name!r}",
+            param_hint="--namespace",
+        )
+    if name is not None and len(name) > NAMESPACE_LENGTH_MAX:
+        raise click.BadParameter(
+            f"it must have at most {NAMESPACE_LENGTH_MAX} characters", param_hint="--namespace"
+        )
+    return name
+
+
 @click.command()
 @click.argument("gripper", metavar="[GRIPPER]", default=DEFAULT_GRIPPER)
 @click.option(
@@ -37,7 +59,12 @@ _NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?
     metavar="SECONDS",
     help="Time after which to end.  [default: at Ctrl-C]",
 )
-@click.option("--namespace", metavar="NAME", help="Namespace of all topics.  [default: a new one]")
+@click.option(
+    "--namespace",
+    metavar="NAME",
+    callback=checked_namespace,
+    help="Namespace of all topics.  [default: a new one]",
+)
 @units_option
 def simulate(
     gripper: str,
@@ -52,47 +79,25 @@ def simulate(
     GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C vents the
     gripper and ends node and simulation. The exit code is 0 if both ended as they should, 1 if not.
     """
-    if namespace is not None:
-        require_namespace(namespace)
     from spiral_gripper.files.description import load_gripper
 
     load_gripper(gripper)  # a bad description is refused before anything is started
     session = load_ros_side("tools.simulate")
     settings = {"radius": radius, "estimate_noise": noise, "fault": fault}
-    given: dict[str, object] = {
-        name: value for name, value in settings.items() if value is not None
-    }
-    return int(
-        session.simulate(
-            session.Plan(gripper, given, math.inf if duration is None else duration, namespace)
-        )
-    )
+    given = {name: value for name, value in settings.items() if value is not None}
+    duration = math.inf if duration is None else duration
+    return int(session.simulate(session.Plan(gripper, given, duration, namespace)))
 
 
 @click.command()
 @click.argument("fault", type=click.Choice(FAULTS))
 @click.option(
-    "--namespace", required=True, metavar="NAME", help="Namespace of the simulation's topics."
+    "--namespace",
+    required=True,
+    metavar="NAME",
+    callback=checked_namespace,
+    help="Namespace of the simulation's topics.",
 )
 def inject(fault: str, namespace: str) -> int:
     """Set the FAULT of the regulator in the simulation of a namespace; none removes the fault."""
-    require_namespace(namespace)
     return int(load_ros_side("tools.injection").inject(namespace, fault))
-
-
-def require_namespace(namespace: str) -> None:
-    """Refuse what is no namespace.
-
-    Raises:
-        click.BadParameter: it is none.
-    """
-    if not _NAMESPACE.fullmatch(namespace):
-        raise click.BadParameter(
-            "it must be names of letters, digits and _, none beginning with a digit, "
-            f"separated by single /, got {namespace!r}",
-            param_hint="--namespace",
-        )
-    if len(namespace) > NAMESPACE_LENGTH_MAX:
-        raise click.BadParameter(
-            f"it must have at most {NAMESPACE_LENGTH_MAX} characters", param_hint="--namespace"
-        )

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple, TypeAlias
 
@@ -176,9 +177,9 @@ class Varied:
 def tip_figures(question: GripQuestion, _: float) -> Figures:
     """Return the pressure of the tip criterion."""
     curve = WrapCurve(question.gripper)
-    if question.profile is not None:
-        return {"pressure": wrap_for_profile(curve, read_profile(question.profile)).pressure}
-    return {"pressure": curve.pressure_from_radius(float(question.radius or 0.0))}
+    if question.profile is None:
+        return {"pressure": curve.pressure_from_radius(float(question.radius or 0.0))}
+    return {"pressure": wrap_for_profile(curve, read_profile(question.profile)).pressure}
 
 
 def wrap_figures(question: GripQuestion, _: float) -> Figures:
@@ -191,11 +192,9 @@ def grip_figures(question: GripQuestion, pressure: float) -> Figures:
     """Return the ends of the window, and the forces at a pressure [Pa]."""
     window, _ = closed_window(question)
     held: Figures = {"holding_force_away": None, "holding_force_towards": None}
-    try:
+    with suppress(InvalidInputError, SolverError):  # lost below that pressure
         forces = holding_forces(window.at(pressure), (Pull.AWAY, Pull.TOWARDS))
         held = {f"holding_force_{pull.name.lower()}": f.force for pull, f in forces.items()}
-    except (InvalidInputError, SolverError):
-        pass  # lost below that pressure
     return {"onset_wrap": sharp_onset(window), "loss": window.loss, **held}
 
 
@@ -246,11 +245,10 @@ def inputs_of(
         step = change * at if unit == "%" else change
         return Input(name, change, unit, side(vary, at - step), side(vary, at + step))
 
-    gripper = question.gripper
-    if question.radius is not None:
-        at = question.radius
-        change = min(LENGTH, MOST_OF_IT * at)
-        yield both("object's radius", change, "m", at, lambda v: replace(question, radius=v))
+    gripper, radius = question.gripper, question.radius
+    if radius is not None:
+        change = min(LENGTH, MOST_OF_IT * radius)
+        yield both("object's radius", change, "m", radius, lambda v: replace(question, radius=v))
     for field, (name, largest, unit) in _FIELDS.items():
         value = description.values.get(field)
         if isinstance(value, float):
@@ -266,7 +264,7 @@ def inputs_of(
 
         def pulled(factor: float) -> GripQuestion:
             x, y, z = (factor * component for component in gripper.gravity)
-            return replace(question, gripper=replace(gripper, gravity=(x, y, z)))
+            return replace(question, gripper=gripper.with_mount((x, y, z), gripper.object_axis))
 
         yield both("gravity or mass", FRACTION, "%", 1.0, pulled)
     if setup is None:
