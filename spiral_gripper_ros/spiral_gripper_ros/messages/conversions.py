@@ -110,16 +110,15 @@ def backbone_to_msg(state: RodState | TubeShape, points: int, header: Any) -> Po
         header: stamp and frame of the message.
     """
     picked = picked_nodes(state, points)
-    poses = map(pose_of, state.positions[picked], state.orientations[picked])
+    positions, orientations = state.positions[picked], state.orientations[picked]
+    poses = map(pose_of, positions.tolist(), orientations.tolist())
     return PoseArray(header=header, poses=list(poses))
 
 
-def pose_of(position: NDArray[np.float64], quaternion: NDArray[np.float64]) -> Pose:
+def pose_of(position: Sequence[float], quaternion: Sequence[float]) -> Pose:
     """Return the pose of a position and an orientation, scalar last."""
-    place, turn = (
-        dict(zip("xyzw", each.tolist(), strict=False)) for each in (position, quaternion)
-    )
-    return Pose(position=Point(**place), orientation=Quaternion(**turn))
+    x, y, z, w = quaternion
+    return Pose(position=vector_to_msg(position, Point), orientation=Quaternion(x=x, y=y, z=z, w=w))
 
 
 def pose_along(placement: ObjectPlacement) -> Pose:
@@ -128,8 +127,8 @@ def pose_along(placement: ObjectPlacement) -> Pose:
     # The shortest turn from z to the axis; half a turn about x if it points the other way.
     quaternion = np.array((-ay, ax, 0.0, 1.0 + az))
     size = float(np.linalg.norm(quaternion))
-    turn = quaternion / size if size > 1e-9 else np.array((1.0, 0.0, 0.0, 0.0))
-    return pose_of(np.array(placement.center), turn)
+    turn = (quaternion / size).tolist() if size > 1e-9 else (1.0, 0.0, 0.0, 0.0)
+    return pose_of(placement.center, turn)
 
 
 def known(values: Sequence[float]) -> float | None:

@@ -67,7 +67,8 @@ class RobotState:
         header, snapshot, poses = runtime.outputs.header(), runtime.control.snapshot(), {}
         shape = loaded.measured.shape or loaded.commanded.shape
         if shape is not None:
-            poses["tip"] = pose_of(shape.state.tip_position, shape.state.orientations[-1])
+            tip, turn = shape.state.tip_position, shape.state.orientations[-1]
+            poses["tip"] = pose_of(tip.tolist(), turn.tolist())
         placement = loaded.placement(snapshot.plan)
         if placement is not None:
             poses["object"] = pose_along(placement)
