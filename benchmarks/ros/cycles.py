@@ -39,7 +39,6 @@ from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.control.target import LONGEST_STEP
 from spiral_gripper_ros.node.gripper_node import GripperNode
-from spiral_gripper_ros.planning.planner import WrapPlan
 from spiral_gripper_ros.simulation.regulator import (
     Fault,
     SimulatedRegulator,
@@ -76,7 +75,7 @@ class Rig:
         self.allowed: set[Reason] = set(WISHES)
         self._last = (self.time, 0.0)
         self._takes_over = False
-        self._goals: list[Grasp[WrapPlan] | Release[WrapPlan]] = []  # that run
+        self._goals: list[Grasp | Release] = []  # that run
         self.succeeded = 0
         self.node = GripperNode(
             namespace=f"/cycles_{seed}",

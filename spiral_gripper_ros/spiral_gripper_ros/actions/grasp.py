@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any
 
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_ros.actions.server import GoalServer, Report
-from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.actions.server import GoalServer
+from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome, GraspReport
 from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import (
@@ -47,7 +47,7 @@ class GraspServer(GoalServer):
             abort_policy=_ABORT_POLICIES[request.abort_policy],
         )
 
-    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+    def told(self, message: Any, request: Any, report: GraspReport) -> Any:  # noqa: ANN401
         """Return the feedback on a grasp, or its result with the figures of the wrap aimed for."""
         runtime, snapshot, plan = self.runtime, self.runtime.control.snapshot(), report.plan
         loaded, pressure, values = runtime.loaded, snapshot.pressure, dict[str, Any]()

@@ -13,10 +13,11 @@ from collections.abc import Sequence
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
+from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.control.target import default_overpressure
-from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import AnyPlanner
 
 # The overpressure that keeps a max_effort is found to this [Pa].
 OVERPRESSURE_STEP = 1.0

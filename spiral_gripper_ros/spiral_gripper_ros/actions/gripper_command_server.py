@@ -14,8 +14,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from spiral_gripper_ros.actions.gripper_command import goal_from_command
-from spiral_gripper_ros.actions.server import GoalServer, Report
-from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
+from spiral_gripper_ros.actions.server import GoalServer
+from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome, GraspReport
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import filled, opening_joint
@@ -71,7 +71,7 @@ class GripperCommandServer(GoalServer):
         planner, limits = runtime.loaded.planner, runtime.limits
         return goal_from_command(positions, efforts, self._opening, planner, limits)
 
-    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+    def told(self, message: Any, request: Any, report: GraspReport) -> Any:  # noqa: ANN401
         """Return the feedback on a goal, or its result.
 
         It never says that it is stalled: clients are free to take that for an object that is held.
@@ -85,7 +85,7 @@ class GripperCommandServer(GoalServer):
         told = {"position": position, "effort": effort, "state": joint, "reached_goal": reached}
         return filled(message, **told)
 
-    def _reading(self, report: Report) -> tuple[float, float]:
+    def _reading(self, report: GraspReport) -> tuple[float, float]:
         """Return the diameter that is wrapped [m] and the force on the object [N].
 
         The opening and 0 if none is; the force is that where the object is seen, if known.

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from spiral_gripper_ros.actions.server import GoalServer, Report
-from spiral_gripper_ros.control.grasp import GraspOutcome
+from spiral_gripper_ros.actions.server import GoalServer
+from spiral_gripper_ros.control.grasp import GraspOutcome, GraspReport
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.messages.conversions import filled, known
 
@@ -18,7 +18,7 @@ class ReleaseServer(GoalServer):
         """Return the release that a goal asks for; it vents whatever its timeout is."""
         return ReleaseGoal(known(request.timeout))
 
-    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+    def told(self, message: Any, request: Any, report: GraspReport) -> Any:  # noqa: ANN401
         """Return the feedback on a release, or its result."""
         del request
         snapshot, success = (

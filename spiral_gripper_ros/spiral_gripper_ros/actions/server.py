@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import Any
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -17,12 +17,9 @@ from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import filled
 from spiral_gripper_ros.messages.qos import REQUESTS
-from spiral_gripper_ros.planning.planner import WrapPlan
 from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 from spiral_gripper_ros.runtime.guards import report as report_exception
 from spiral_gripper_ros.runtime.runtime import Runtime
-
-Report: TypeAlias = GraspReport[WrapPlan]
 
 # Feedback is for people and their displays: ten times a second, whatever publish.rate is [s].
 FEEDBACK_PERIOD = 0.1
@@ -53,7 +50,7 @@ class _Run:
     """A goal of a client: what carries it out, and its report and result once it has ended."""
 
     handle: Any
-    goal: Grasp[WrapPlan] | Release[WrapPlan] | None = None  # None: not started
+    goal: Grasp | Release | None = None  # None: not started
     end: Future = field(default_factory=Future)
     told_at: float | None = None
 
@@ -103,7 +100,7 @@ class GoalServer:
         """Return what a goal has the control logic do, or why it cannot be done."""
         raise NotImplementedError
 
-    def told(self, message: Any, request: Any, report: Report) -> Any:  # noqa: ANN401
+    def told(self, message: Any, request: Any, report: GraspReport) -> Any:  # noqa: ANN401
         """Return a message of feedback or of a result, filled with how a goal goes or has ended."""
         raise NotImplementedError
 
@@ -155,9 +152,7 @@ class GoalServer:
             self.runtime.errors.note(f"a goal of {self._name}", error)
             return Refusal(Reason.INTERNAL_ERROR, f"the goal cannot be read: {error!r}")
 
-    def _started(
-        self, goal: GraspGoal | ReleaseGoal | Refusal
-    ) -> Grasp[WrapPlan] | Release[WrapPlan] | Refusal:
+    def _started(self, goal: GraspGoal | ReleaseGoal | Refusal) -> Grasp | Release | Refusal:
         runtime = self.runtime
         if isinstance(goal, Refusal):
             return goal
@@ -179,7 +174,7 @@ class GoalServer:
                 run.told_at = report.elapsed
                 self._send_feedback(run.handle, report)
 
-    def _feedback(self, handle: Any, report: Report) -> None:  # noqa: ANN401
+    def _feedback(self, handle: Any, report: GraspReport) -> None:  # noqa: ANN401
         handle.publish_feedback(self.told(self.kind.Feedback(), handle.request, report))
 
     def _cancel(self, handle: Any) -> CancelResponse:  # noqa: ANN401
@@ -195,12 +190,12 @@ class GoalServer:
                 self._failed(f"cancel of {self._name}", error)
         return CancelResponse.ACCEPT
 
-    def _end(self, run: _Run, report: Report) -> None:
+    def _end(self, run: _Run, report: GraspReport) -> None:
         """End a goal that has not ended; its result tells of this moment."""
         if not run.end.done():
             run.end.set_result((report, self._result(run.handle.request, report)))
 
-    def _result(self, request: Any, report: Report) -> Any:  # noqa: ANN401
+    def _result(self, request: Any, report: GraspReport) -> Any:  # noqa: ANN401
         """Return the result of a goal; without its figures if they cannot be computed."""
         try:
             return self.told(self.kind.Result(), request, report)
@@ -216,7 +211,7 @@ class GoalServer:
                 message=text,
             )
 
-    def _failed(self, where: str, error: Exception) -> Report:
+    def _failed(self, where: str, error: Exception) -> GraspReport:
         """Log an exception, vent, and return the report of the goal that it ends."""
         text = report_exception(self.runtime, where, error)
         return GraspReport(GraspOutcome.FAILED, Refusal(Reason.INTERNAL_ERROR, text))

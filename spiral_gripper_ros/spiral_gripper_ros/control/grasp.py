@@ -6,11 +6,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Generic
 
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
+from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
-from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
+from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 
 
@@ -44,7 +44,7 @@ class GraspGoal:
 
 
 @dataclass(frozen=True, slots=True)
-class GraspReport(Generic[PlanT]):
+class GraspReport:
     """The report on a grasp or a release; final once ``outcome`` is not ``RUNNING``.
 
     Args:
@@ -62,11 +62,11 @@ class GraspReport(Generic[PlanT]):
     elapsed: float = 0.0
     progress: float = 0.0
     radius: float | None = None
-    plan: PlanT | None = None
+    plan: WrapPlan | None = None
     overpressure: float = 0.0
 
 
-class RunningGoal(Generic[PlanT]):
+class RunningGoal:
     """An accepted goal. The object is its identity: whoever has started it reads its report.
 
     Args:
@@ -78,7 +78,7 @@ class RunningGoal(Generic[PlanT]):
 
     def __init__(self, now: float) -> None:
         self._started = now
-        self.report: GraspReport[PlanT] = GraspReport(GraspOutcome.RUNNING)
+        self.report = GraspReport(GraspOutcome.RUNNING)
 
     def elapsed(self, now: float) -> float:
         """Return the time since its acceptance [s]."""
@@ -91,7 +91,7 @@ class RunningGoal(Generic[PlanT]):
             self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
 
 
-class Grasp(RunningGoal[PlanT]):
+class Grasp(RunningGoal):
     """A grasp: follows command and measured pressure on their way to the target.
 
     Args:
@@ -104,9 +104,7 @@ class Grasp(RunningGoal[PlanT]):
         wraps: whether it is to wrap an object; else only to reach a pressure.
     """
 
-    def __init__(
-        self, goal: GraspGoal, now: float, snapshot: Snapshot[PlanT], limits: Limits
-    ) -> None:
+    def __init__(self, goal: GraspGoal, now: float, snapshot: Snapshot, limits: Limits) -> None:
         super().__init__(now)
         self.timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
         self.wraps = goal.pressure is None
@@ -130,7 +128,7 @@ class Grasp(RunningGoal[PlanT]):
         else:
             self._near = None
 
-    def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
+    def update(self, now: float, snapshot: Snapshot) -> None:
         """Bring the report up to date."""
         command, target = snapshot.pressure_command, snapshot.pressure_target
         way = target - self._start_command

@@ -7,11 +7,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Generic
 
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, impossible_goal
 from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.control.plan import Planner
 from spiral_gripper_ros.control.pressure_monitor import PressureMonitor, impossible_pressure
 from spiral_gripper_ros.control.radius_gate import RadiusGate, impossible_radius
 from spiral_gripper_ros.control.refusals import (
@@ -29,7 +29,7 @@ from spiral_gripper_ros.control.refusals import (
     stale_radius,
 )
 from spiral_gripper_ros.control.release import CANCELED, Release, ReleaseGoal
-from spiral_gripper_ros.control.snapshot import Planner, PlanT, Snapshot
+from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import (
     NOT_REFUSED,
     TRANSITIONS,
@@ -62,7 +62,7 @@ _STALE = {
 }
 
 
-class GripControl(Generic[PlanT]):
+class GripControl:
     """Decides the pressure command, monitors the measured pressure, and executes grasps.
 
     Times are seconds of any clock. If that clock runs backwards, no time passes until it runs
@@ -83,7 +83,7 @@ class GripControl(Generic[PlanT]):
         self._clock = MonotonicClock()
         self._state, self._rule = State.INACTIVE, CommandRule.VENT
         self._refusal = NOT_ACTIVE
-        self._target: Target[PlanT] = Target()
+        self._target = Target()
         self._pressure = 0.0
         self._ramped_until = self._rests_until = 0.0
         self._gate = RadiusGate()
@@ -95,8 +95,8 @@ class GripControl(Generic[PlanT]):
         self._commanded_at: float | None = None
         self._doubted_until = 0.0
         self._regime: WrapRegime | None = None
-        self._grasp: Grasp[PlanT] | None = None  # that has not ended yet
-        self._releases: list[Release[PlanT]] = []  # likewise
+        self._grasp: Grasp | None = None  # that has not ended yet
+        self._releases: list[Release] = []  # likewise
         self._radius, self._client, self._gravity = Silence(), Silence(), Silence()
         self._gravity_at: float | None = None
         self._take_over = TakeOver()
@@ -154,7 +154,7 @@ class GripControl(Generic[PlanT]):
 
     # --- inputs ------------------------------------------------------------------------------
 
-    def offer_radius(self, now: float, radius: float, planner: Planner[PlanT]) -> bool:
+    def offer_radius(self, now: float, radius: float, planner: Planner) -> bool:
         """Judge a radius estimate [m], any float, and follow it if it is accepted.
 
         Returns:
@@ -235,7 +235,7 @@ class GripControl(Generic[PlanT]):
         else:
             self._refuse(refusal)
 
-    def replan(self, planner: Planner[PlanT]) -> None:
+    def replan(self, planner: Planner) -> None:
         """Aim anew for the radius in use: gravity has changed, or more is known of its grip.
 
         If it can no longer be gripped, the present target stays. The reason is kept until a radius
@@ -267,9 +267,7 @@ class GripControl(Generic[PlanT]):
 
     # --- goals -------------------------------------------------------------------------------
 
-    def start_grasp(
-        self, now: float, goal: GraspGoal, planner: Planner[PlanT]
-    ) -> Grasp[PlanT] | Refusal:
+    def start_grasp(self, now: float, goal: GraspGoal, planner: Planner) -> Grasp | Refusal:
         """Make the wrap or the pressure of a goal the target; radii are ignored from then on.
 
         Returns:
@@ -296,7 +294,7 @@ class GripControl(Generic[PlanT]):
         fault = self._monitor.fault  # it would let any grasp fail
         return None if fault.reason is Reason.NONE else fault
 
-    def _aim(self, goal: GraspGoal, planner: Planner[PlanT]) -> Refusal | None:
+    def _aim(self, goal: GraspGoal, planner: Planner) -> Refusal | None:
         """Make a goal the target, or return why not and change nothing."""
         if goal.pressure is not None:
             refusal = asks_above_cap(goal.pressure, self._limits)
@@ -317,7 +315,7 @@ class GripControl(Generic[PlanT]):
             self._target.resume()
         return refusal
 
-    def start_release(self, now: float, goal: ReleaseGoal) -> Release[PlanT] | Refusal:
+    def start_release(self, now: float, goal: ReleaseGoal) -> Release | Refusal:
         """Vent, and report when the pressure is gone.
 
         Returns:
@@ -327,11 +325,11 @@ class GripControl(Generic[PlanT]):
         if self._state is State.INACTIVE:
             return self._refusal
         self.release()
-        release: Release[PlanT] = Release(goal, time, self._limits)
+        release = Release(goal, time, self._limits)
         self._releases.append(release)
         return release
 
-    def cancel(self, now: float, goal: Grasp[PlanT] | Release[PlanT]) -> None:
+    def cancel(self, now: float, goal: Grasp | Release) -> None:
         """Cancel a goal; a grasp's policy acts. One that has ended stays as it ended."""
         time = self._clock.advance(now)
         if isinstance(goal, Release):
@@ -406,7 +404,7 @@ class GripControl(Generic[PlanT]):
         self._releases = [one for one in self._releases if one.report.outcome is running]
         return self._pressure
 
-    def snapshot(self) -> Snapshot[PlanT]:
+    def snapshot(self) -> Snapshot:
         """Return what is commanded and why, and what is measured, as of the last call."""
         time, target = self._clock.now, self._target
         return Snapshot(
@@ -485,7 +483,7 @@ class GripControl(Generic[PlanT]):
         holds = curls or self._regime is WrapRegime.PERFECT_WRAP
         return self._target.radius is not None and is_heard and holds
 
-    def _is_settled(self, grasp: Grasp[PlanT]) -> bool:
+    def _is_settled(self, grasp: Grasp) -> bool:
         time = self._clock.now
         return grasp.is_settled(time, self._monitor.measured(time) is not None, self._limits)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
+from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, Refusal
 
 # Gauge pressures that an absolute sensor of a vented gripper shows at sea level [Pa]. At greater
@@ -64,7 +64,7 @@ def stale_gravity(age: float, limits: Limits) -> Refusal:
 
 
 def late_grasp(
-    snapshot: Snapshot[PlanT], timeout: float, regime: WrapRegime | None, is_settled: bool
+    snapshot: Snapshot, timeout: float, regime: WrapRegime | None, is_settled: bool
 ) -> Refusal:
     """Return why a grasp was not reached in its time.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from spiral_gripper_ros.control.grasp import GraspOutcome, RunningGoal
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.snapshot import PlanT, Snapshot
+from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 
 _SENSOR_FAULTS = (Reason.PRESSURE_LOST, Reason.PRESSURE_INVALID)
@@ -28,7 +28,7 @@ class ReleaseGoal:
     timeout: float | None = None
 
 
-class Release(RunningGoal[PlanT]):
+class Release(RunningGoal):
     """An accepted release: waits for the evidence, a pressure close to 0 measured after it began.
 
     Where nothing has measured the pressure since activation it waits for a time instead. A failed
@@ -51,7 +51,7 @@ class Release(RunningGoal[PlanT]):
             text = f"timeout must be a positive finite number, {value}"
             self.end(now, GraspOutcome.FAILED, Refusal(Reason.INVALID_REQUEST, text))
 
-    def update(self, now: float, snapshot: Snapshot[PlanT]) -> None:
+    def update(self, now: float, snapshot: Snapshot) -> None:
         """Bring the report up to date, and make it final once the release has ended."""
         if self.report.outcome is not GraspOutcome.RUNNING:
             return

@@ -1,54 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The state of the control logic at one moment; the interfaces of plans and planners."""
+"""The state of the control logic at one moment."""
 
 from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
 
+from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-
-
-class Plan(Protocol):
-    """A planned wrap."""
-
-    @property
-    def pressure(self) -> float:
-        """Gauge pressure of the perfect wrap [Pa]."""
-        ...
-
-    @property
-    def highest_good(self) -> float:
-        """Largest pressure of a good grip [Pa]; inf where it is not known."""
-        ...
-
-    @property
-    def recommended(self) -> float | None:
-        """Pressure that contact recommends [Pa]; None where it is not known."""
-        ...
-
-    @property
-    def loss(self) -> float:
-        """Pressure at which the grip is lost [Pa]; inf where it is not known, or never."""
-        ...
-
-
-PlanT = TypeVar("PlanT", bound=Plan)
-PlanT_co = TypeVar("PlanT_co", bound=Plan, covariant=True)
-
-
-class Planner(Protocol[PlanT_co]):
-    """Interface of the plans of one gripper at one gravity."""
-
-    @property
-    def radius_range(self) -> tuple[float, float]:
-        """Smallest and largest radius that can be gripped [m]."""
-        ...
-
-    def plan(self, radius: float) -> PlanT_co:
-        """Return the perfect wrap for a radius [m]; raise a ``SpiralError`` if there is none."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +24,7 @@ class MeasuredPressure:
 
 
 @dataclass(frozen=True, slots=True)
-class Snapshot(Generic[PlanT]):
+class Snapshot:
     """The state of the control logic at one moment: command, target and reasons.
 
     Args:
@@ -91,7 +50,7 @@ class Snapshot(Generic[PlanT]):
     state: State
     refusal: Refusal
     radius: float | None
-    plan: PlanT | None
+    plan: WrapPlan | None
     radius_age: float | None
     pressure_target: float
     pressure_command: float

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Final, Generic
+from typing import Final
 
 from spiral_core.errors import SpiralError
 from spiral_core.validation import require_positive
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.snapshot import Plan, Planner, PlanT
+from spiral_gripper_ros.control.plan import Planner, WrapPlan
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 
 # Pressure of a grip that contact does not know yet, as a multiple of the pressure of the bare wrap.
@@ -21,7 +21,7 @@ UNKNOWN_RATIO: Final = 1.1
 LONGEST_STEP = 0.1
 
 
-class Target(Generic[PlanT]):
+class Target:
     """A radius in use, its plan and the pressure above it; empty at first.
 
     It changes only to a plan that keeps the cap; what cannot be planned changes nothing.
@@ -33,9 +33,9 @@ class Target(Generic[PlanT]):
     def clear(self) -> None:
         """Forget everything."""
         self.radius: float | None = None
-        self.plan: PlanT | None = None
+        self.plan: WrapPlan | None = None
         self.overpressure = 0.0
-        self._planner: Planner[PlanT] | None = None  # for a plan within other limits
+        self._planner: Planner | None = None  # for a plan within other limits
         self._demanded: float | None = None  # overpressure; None: the default one
         self._least = 0.0  # multiple of the bare wrap that the default one does not fall below
         self._frozen: float | None = None
@@ -47,7 +47,7 @@ class Target(Generic[PlanT]):
         """Whether the pressure is constant, independent of the plan."""
         return self._frozen is not None
 
-    def outdate(self, planner: Planner[PlanT] | None = None) -> None:
+    def outdate(self, planner: Planner | None = None) -> None:
         """Demand a new plan even for the radius in use: limits have changed, or the planner."""
         self._outdated = True
         if planner is not None:
@@ -64,7 +64,7 @@ class Target(Generic[PlanT]):
     def set_radius(
         self,
         radius: float,
-        planner: Planner[PlanT],
+        planner: Planner,
         limits: Limits,
         overpressure: float | None = None,
     ) -> Refusal | None:
@@ -91,7 +91,7 @@ class Target(Generic[PlanT]):
         self._frozen, self._outdated = None, False
         return None
 
-    def _kept(self, radius: float, plan: Plan, limits: Limits) -> float:
+    def _kept(self, radius: float, plan: WrapPlan, limits: Limits) -> float:
         """Return the multiple of the bare wrap at which the object in use is held at least.
 
         It is that of the moment at which the grip becomes known; 0: none.
@@ -182,7 +182,7 @@ def capped_pressure(pressure: float, cap: float) -> float:
     return pressure if pressure <= cap else cap
 
 
-def default_overpressure(plan: Plan, limits: Limits, least: float = 0.0) -> float:
+def default_overpressure(plan: WrapPlan, limits: Limits, least: float = 0.0) -> float:
     """Return the overpressure of a grip that names none [Pa].
 
     With a ``grip_ratio`` the pressure is that multiple of the bare wrap's, which presses on the

@@ -17,12 +17,13 @@ from spiral_core.rod.types import Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_msgs.msg import GripStatus, Wrap, WrapFigures
+from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import Quaternion as Turn
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement, object_line
-from spiral_gripper_ros.planning.planner import AnyPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import AnyPlanner
 
 REGIMES = {
     None: GripStatus.REGIME_UNKNOWN,
@@ -171,7 +172,7 @@ def filled(message: Any, /, *sources: Any, **values: Any) -> Any:  # noqa: ANN40
 
 
 def status_to_msg(
-    snapshot: Snapshot[WrapPlan],
+    snapshot: Snapshot,
     loaded: LoadedGripper,
     header: Any,  # noqa: ANN401
 ) -> GripStatus:
@@ -197,7 +198,7 @@ def status_to_msg(
 
 
 def wrap_to_msg(
-    snapshot: Snapshot[WrapPlan],
+    snapshot: Snapshot,
     loaded: LoadedGripper,
     pressure_cap: float,
     contact_length: float | None,

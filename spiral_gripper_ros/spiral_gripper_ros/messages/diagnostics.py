@@ -10,7 +10,6 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.planning.planner import WrapPlan
 
 _LEVELS = {
     State.INACTIVE: DiagnosticStatus.OK,
@@ -30,7 +29,7 @@ CLOCK_STANDS_STILL = "the simulated clock stands still: the command is frozen"
 def diagnostics_to_msg(
     name: str,
     hardware_id: str,
-    snapshot: Snapshot[WrapPlan],
+    snapshot: Snapshot,
     stamp: Any,  # noqa: ANN401
     *,
     internal_errors: int,

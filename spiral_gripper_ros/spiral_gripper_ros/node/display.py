@@ -15,7 +15,7 @@ from spiral_gripper_ros.messages.markers import Scene, no_markers, scene_to_msg
 from spiral_gripper_ros.node.robot_state import RobotState
 from spiral_gripper_ros.planning.grip_figures import GripFigures, TubeShape
 from spiral_gripper_ros.planning.grip_follower import InUse
-from spiral_gripper_ros.planning.planner import GripShape, WrapPlan
+from spiral_gripper_ros.planning.planner import GripShape
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.repetition import LONGEST_PERIOD, Repetition
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -101,7 +101,7 @@ def _on_object(
     return None if free is None else free.state
 
 
-def _text(snapshot: Snapshot[WrapPlan]) -> str:
+def _text(snapshot: Snapshot) -> str:
     """Return state, pressures and what is wrong, for people."""
     lines = [f"{snapshot.state.name}  {1e-3 * snapshot.pressure_command:.1f} kPa"]
     if snapshot.measured is not None:

@@ -21,6 +21,7 @@ from spiral_core.validation import (
 from spiral_core.wrap.gripper import FRICTION_MAX, Gripper
 from spiral_gripper_msgs.msg import ObjectToWrap, PlannedWrap
 from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 from spiral_gripper_ros.control.target import beyond_loss, default_overpressure
@@ -36,7 +37,7 @@ from spiral_gripper_ros.messages.conversions import (
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
 from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
-from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, WrapPlan, planner_for
+from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
 from spiral_gripper_ros.planning.worker import EndedError
 
 UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"

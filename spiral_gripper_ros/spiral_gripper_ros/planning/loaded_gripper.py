@@ -12,6 +12,7 @@ from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription
+from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
@@ -22,7 +23,6 @@ from spiral_gripper_ros.planning.planner import (
     NoPlanner,
     PlannerFailedError,
     StillLoadingError,
-    WrapPlan,
     planner_for,
 )
 
@@ -164,7 +164,7 @@ class LoadedGripper:
             return None if shape is None else shape.regime
         return WrapRegime.OVERHANG  # contact never wraps it
 
-    def shown_regime(self, snapshot: Snapshot[WrapPlan]) -> WrapRegime | None:
+    def shown_regime(self, snapshot: Snapshot) -> WrapRegime | None:
         """Return the regime as it is shown: by the tip alone, overpressure is no curling yet."""
         regime = self.regime(snapshot.pressure)
         pressed = snapshot.wrapped and regime is WrapRegime.CURLING and self._contact is None

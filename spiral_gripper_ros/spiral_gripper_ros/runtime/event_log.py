@@ -55,7 +55,7 @@ class EventLog:
         self._commanders = 1
         self._gravity = _Channel(Reason.NONE)
 
-    def tell(self, now: float, snapshot: Snapshot[Any]) -> None:
+    def tell(self, now: float, snapshot: Snapshot) -> None:
         """Log what has changed since the last call, at a time [s] that never decreases."""
         logger, fault, gravity = self._logger, snapshot.pressure_fault, snapshot.gravity_fault
         pinned = snapshot.radius if snapshot.state is State.GRASPING else None
@@ -145,7 +145,7 @@ class _Channel:
         return True
 
 
-def _grip_line(snapshot: Snapshot[Any]) -> str:
+def _grip_line(snapshot: Snapshot) -> str:
     text = _WORDS[snapshot.state]
     if snapshot.state in (State.TRACKING, State.GRASPING):
         if snapshot.radius is not None:

@@ -35,7 +35,7 @@ from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, Gr
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
-from spiral_gripper_ros.planning.planner import GripShape, NoPlanner, WrapPlan
+from spiral_gripper_ros.planning.planner import GripShape, NoPlanner
 from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 from spiral_gripper_ros.runtime.background import Background
 from spiral_gripper_ros.runtime.control_clock import ControlClock
@@ -87,7 +87,7 @@ class Runtime:
         self.loaded: LoadedGripper | None = None
         self.gravity: tuple[float, ...] = ()
         self.limits = self._limits()
-        self.control: GripControl[WrapPlan] = GripControl(self.limits)
+        self.control = GripControl(self.limits)
         self.errors = errors
         self.clock = ControlClock(node, self.errors)
         self.outputs = Outputs(node, values.frame_id)
