@@ -97,6 +97,16 @@ class CurvatureForm(Enum):
     EXACT = "exact"
 
 
+_TYPES = {
+    "tube": Tube,
+    "material": HyperelasticLaw,
+    "curvature_form": CurvatureForm,
+    "twist_shear": bool,
+    "pressure_law": PressureLaw,
+    "thick_wall": bool,
+}
+
+
 @dataclass(frozen=True, slots=True)
 class Actuator:
     """A fiber-reinforced elastomeric enclosure with a straight fiber glued along it.
@@ -146,19 +156,18 @@ class Actuator:
     thick_wall: bool = False
 
     def __post_init__(self) -> None:
-        _require_type("tube", self.tube, Tube)
+        for field, kind in _TYPES.items():
+            value = getattr(self, field)
+            if not isinstance(value, kind):
+                raise InvalidInputError(field, value, f"a {kind.__name__}")
         if not isinstance(self.fibers, FiberAngles | OneFamily):
             raise InvalidInputError("fibers", self.fibers, "FiberAngles or OneFamily")
-        _require_type("material", self.material, HyperelasticLaw)
-        if not self.material.first_invariant_limit > 3.0:
-            limit = self.material.first_invariant_limit
+        limit = self.material.first_invariant_limit
+        if not limit > 3.0:
             raise InvalidInputError("first_invariant_limit", limit, "more than the 3 of rest")
-        _require_type("curvature_form", self.curvature_form, CurvatureForm)
-        _require_type("twist_shear", self.twist_shear, bool)
-        _require_type("pressure_law", self.pressure_law, PressureLaw)
-        _require_type("thick_wall", self.thick_wall, bool)
         for fiber in self.single_fibers:
-            _require_type("single_fibers", fiber, SingleFiber)
+            if not isinstance(fiber, SingleFiber):
+                raise InvalidInputError("single_fibers", fiber, "a SingleFiber")
         if self.straight_fiber_radius is not None:
             require_positive("straight_fiber_radius", self.straight_fiber_radius)
         check_single_fibers(self.fibers, self.single_fibers)
@@ -229,12 +238,6 @@ class Actuator:
             )
 
 
-def _require_type(field: str, value: object, expected: type) -> None:
-    """Raise InvalidInputError unless ``value`` is an instance of ``expected``."""
-    if not isinstance(value, expected):
-        raise InvalidInputError(field, value, f"a {expected.__name__}")
-
-
 @dataclass(frozen=True, slots=True)
 class Winding:
     """One wound fiber, laid on the outside of the tube at rest.
@@ -278,11 +281,8 @@ def windings_of(actuator: Actuator) -> tuple[Winding, ...]:
         >>> round(second.pitch * 1e3, 2), round(second.turns, 1), second.hand
         (12.71, 28.4, 'right')
     """
-    return tuple(_winding(actuator, angle) for angle in family_angles(actuator.fibers))
-
-
-def _winding(actuator: Actuator, angle: float) -> Winding:
-    length = actuator.tube.length
-    around = 2.0 * math.pi * actuator.tube.outer_radius
-    pitch = around / abs(math.tan(angle))
-    return Winding(angle, pitch, length / pitch, length / abs(math.cos(angle)))
+    windings, length = [], actuator.tube.length
+    for angle in family_angles(actuator.fibers):
+        pitch = 2.0 * math.pi * actuator.tube.outer_radius / abs(math.tan(angle))
+        windings.append(Winding(angle, pitch, length / pitch, length / abs(math.cos(angle))))
+    return tuple(windings)

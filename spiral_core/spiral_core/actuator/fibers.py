@@ -224,30 +224,25 @@ def fiber_derivatives(fibers: FiberAngles, stretch: float) -> FiberDerivatives:
         >>> round(fiber_derivatives(fibers, stretch=1.0).shear_prime, 12)
         -1.0
     """
-    alpha, beta = fibers.alpha, fibers.beta
-    cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
-    cos_beta, sin_beta = math.cos(beta), math.sin(beta)
-    square_a = (1.0 - stretch * cos_alpha) * (1.0 + stretch * cos_alpha)
-    square_b = (1.0 - stretch * cos_beta) * (1.0 + stretch * cos_beta)
-    if not (square_a > 0.0 and square_b > 0.0):
-        raise ActuationLimitError(
-            ActuationLimit.FIBER_LOCKING, "stretch", stretch, locking_stretch(fibers)
-        )
-    a = math.copysign(math.sqrt(square_a), alpha)
-    b = math.copysign(math.sqrt(square_b), beta)
-    elongation = (stretch - 1.0) * (stretch + 1.0)  # lambda_1^2 - 1
-    change_a = -elongation * cos_alpha * cos_alpha / (a + sin_alpha)  # A - sin(alpha)
-    change_b = -elongation * cos_beta * cos_beta / (b + sin_beta)
-    slope_a, slope_b = -stretch * cos_alpha * cos_alpha / a, -stretch * cos_beta * cos_beta / b
-    crossing = math.sin(alpha - beta)
-    hoop_change = (change_a * cos_beta - change_b * cos_alpha) / crossing
-    return FiberDerivatives(
-        hoop_change,
-        1.0 + hoop_change,
-        (slope_a * cos_beta - slope_b * cos_alpha) / crossing,
-        (change_b * sin_alpha - change_a * sin_beta) / crossing,
-        (slope_b * sin_alpha - slope_a * sin_beta) / crossing,
+    families = [(math.cos(angle), math.sin(angle)) for angle in (fibers.alpha, fibers.beta)]
+    (cos_alpha, sin_alpha), (cos_beta, sin_beta) = families
+    changes, slopes = [], []
+    for cosine, sine in families:
+        square = (1.0 - stretch * cosine) * (1.0 + stretch * cosine)
+        if not square > 0.0:
+            raise ActuationLimitError(
+                ActuationLimit.FIBER_LOCKING, "stretch", stretch, locking_stretch(fibers)
+            )
+        root = math.copysign(math.sqrt(square), sine)  # A
+        elongation = (stretch - 1.0) * (stretch + 1.0)  # lambda_1^2 - 1
+        changes.append(-elongation * cosine * cosine / (root + sine))  # A - sin(alpha)
+        slopes.append(-stretch * cosine * cosine / root)
+    crossing = math.sin(fibers.alpha - fibers.beta)
+    hoop_change, hoop_prime = (
+        (a * cos_beta - b * cos_alpha) / crossing for a, b in (changes, slopes)
     )
+    shear, shear_prime = ((b * sin_alpha - a * sin_beta) / crossing for a, b in (changes, slopes))
+    return FiberDerivatives(hoop_change, 1.0 + hoop_change, hoop_prime, shear, shear_prime)
 
 
 def volume_slope(stretch: float, derivatives: FiberDerivatives) -> float:
@@ -363,28 +358,24 @@ def check_single_fibers(families: FiberAngles | OneFamily, fibers: tuple[SingleF
     if not fibers:
         return
     angles = [fiber.angle for fiber in fibers]
-    degrees = ", ".join(f"{math.degrees(angle):.6g}" for angle in angles) + " degrees"
+    apart = math.degrees(_spread(fibers))
+    value: object = ", ".join(f"{math.degrees(angle):.6g}" for angle in angles) + " degrees"
+    crossings = [abs(math.sin(family - angles[0])) for family in family_angles(families)]
     if max(angles) - min(angles) > SAME_ANGLE:
-        raise InvalidInputError(
-            "single_fibers", degrees, "at one angle: fibers that cross leave no uniform shape"
-        )
-    for family in family_angles(families):
-        if abs(math.sin(family - angles[0])) < SMALLEST_SINGLE_CROSSING:
-            raise InvalidInputError(
-                "single_fibers", degrees, "at another angle than the wound families, or left out"
-            )
-    if len(fibers) > 2:
-        raise InvalidInputError(
-            "single_fibers", len(fibers), "at most 2: three hold the section on all sides"
-        )
-    spread = math.degrees(_spread(fibers))
-    if len(fibers) == 2 and not 0.1 <= spread <= 170.0:
-        raise InvalidInputError(
-            "single_fibers",
-            f"{spread:.6g} degrees apart",
+        requirement = "at one angle: fibers that cross leave no uniform shape"
+    elif min(crossings) < SMALLEST_SINGLE_CROSSING:
+        requirement = "at another angle than the wound families, or left out"
+    elif len(fibers) > 2:
+        value, requirement = len(fibers), "at most 2: three hold the section on all sides"
+    elif len(fibers) == 2 and not 0.1 <= apart <= 170.0:
+        value = f"{apart:.6g} degrees apart"
+        requirement = (
             "two fibers 0.1 to 170 degrees apart: nearer they are one, opposite ones let the tube "
-            "neither stretch nor bend",
+            "neither stretch nor bend"
         )
+    else:
+        return
+    raise InvalidInputError("single_fibers", value, requirement)
 
 
 def family_angles(families: FiberAngles | OneFamily) -> tuple[float, ...]:

@@ -16,7 +16,7 @@ from spiral_core.design.evaluation import (
 )
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.report import Relaxation
-from spiral_core.design.requirement import DesignRequirement
+from spiral_core.design.requirement import Candidate, DesignRequirement
 from spiral_core.design.rod_correction import most_turns
 from spiral_core.errors import SolverError
 from spiral_core.wrap.gripper import DEFAULT_TURNS
@@ -78,21 +78,10 @@ def relaxations_of(
     ]
     if requirement.turns_required > DEFAULT_TURNS:
         found.append(_least_change(requirement, "turns_required", of_largest[:1], DEFAULT_TURNS))
-    eases = _fields_easing(binding)
-    return tuple(
-        sorted(
-            (relaxation for relaxation in found if relaxation is not None),
-            key=lambda relaxation: (relaxation.field not in eases, relaxation.relative),
-        )
-    )
-
-
-def _fields_easing(constraint: Constraint) -> set[str]:
-    """Return the fields of a requirement that bear on a constraint."""
-    fields = {field for field, limited in LIMITS.items() if limited is constraint}
-    if constraint in OF_SMALLEST:
-        return fields | {"radius_min"}
-    return fields | {"radius_max", "turns_required"}
+    eases = {field for field, limited in LIMITS.items() if limited is binding}
+    eases |= {"radius_min"} if binding in OF_SMALLEST else {"radius_max", "turns_required"}
+    known = (relaxation for relaxation in found if relaxation is not None)
+    return tuple(sorted(known, key=lambda one: (one.field not in eases, one.relative)))
 
 
 def _limit_relaxation(
@@ -128,15 +117,15 @@ def _least_change(
     """
     requested, best = getattr(requirement, field), None
     for evaluation in suited:
-        held = dict(evaluation.held)
+        held, candidate = dict(evaluation.held), evaluation.candidate
 
         def room(
-            value: float, tried: Evaluation = evaluation, held: dict[float, float] = held
+            value: float, candidate: Candidate = candidate, held: dict[float, float] = held
         ) -> float:
             eased = replace(_changed(requirement, field, value), payload=None)
             # What a length holds does not depend on the largest object.
             known = held if field == "radius_max" else None
-            solved = solve_candidate(eased, tried.candidate, known)
+            solved = solve_candidate(eased, candidate, known)
             held.update(solved.held)
             return _least_room(solved.margins, field)
 
@@ -144,13 +133,19 @@ def _least_change(
             room_good = room(good)
             if room_good < 0.0:
                 continue
-            guess = _guess(requirement, field, evaluation)
-            value = _nearest(
-                room, (requested, _least_room(evaluation.margins, field)), (good, room_good), guess
-            )
-            if _carries(_changed(requirement, field, value), evaluation):
+            guess = math.nan  # about how much of the field the candidate does
+            if field == "radius_max":
+                limit = requirement.length_max or math.inf
+                guess = max((r for x, r in evaluation.held.items() if x <= limit), default=guess)
+            elif field == "turns_required":
+                guess = most_turns(requirement, candidate, evaluation.estimate.length)
+            without = requested, _least_room(evaluation.margins, field)
+            value = _nearest(room, without, (good, room_good), guess)
+            eased = _changed(requirement, field, value)
+            # One that meets all else carries the payload, if one is required.
+            if requirement.payload is None or solve_candidate(eased, candidate).feasible:
                 good = value
-                best = Relaxation(field, requested, value, evaluation.candidate.label)
+                best = Relaxation(field, requested, value, candidate.label)
                 if abs(requested - value) <= RESOLUTION * value:
                     break
     return best
@@ -159,23 +154,6 @@ def _least_change(
 def _changed(requirement: DesignRequirement, field: str, value: float) -> DesignRequirement:
     change: dict[str, Any] = {field: value}
     return replace(requirement, **change)
-
-
-def _guess(requirement: DesignRequirement, field: str, tried: Evaluation) -> float:
-    """Return about how much of a field a candidate does; nan where only a search tells."""
-    if field == "radius_max":
-        limit = requirement.length_max or math.inf
-        return max((r for x, r in tried.held.items() if x <= limit), default=math.nan)
-    if field == "turns_required":
-        return most_turns(requirement, tried.candidate, tried.estimate.length)
-    return math.nan
-
-
-def _carries(requirement: DesignRequirement, evaluation: Evaluation) -> bool:
-    """Return whether a candidate that meets all else carries the payload, if one is required."""
-    return (
-        requirement.payload is None or solve_candidate(requirement, evaluation.candidate).feasible
-    )
 
 
 def _least_room(margins: Iterable[Margin], field: str) -> float:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
+from itertools import product
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.fibers import FiberAngles, SingleFiber, check_single_fibers
@@ -201,20 +202,24 @@ class DesignRequirement:
 
     def candidates(self) -> tuple[Candidate, ...]:
         """Return every combination on offer: tubes, then elastomers, then angles."""
-        return tuple(
-            Candidate(tube, elastomer, beta, gamma)
-            for tube in self.tubes
-            for elastomer in self.elastomers
-            for beta in self.fiber_angles_beta
-            for gamma in self.fiber_angles_gamma
-        )
+        angles = self.fiber_angles_beta, self.fiber_angles_gamma
+        return tuple(Candidate(*one) for one in product(self.tubes, self.elastomers, *angles))
 
     def _check_fibers(self) -> None:
         """Refuse fibers that leave no motion, or that the constants' law does not describe."""
-        for beta in self.fiber_angles_beta:
+        for gamma in self.fiber_angles_gamma:
+            if not abs(gamma) <= LARGEST_GAMMA:
+                allowed = (
+                    "an angle from -30 to 30 degrees: a steeper fiber winds a coil about nothing"
+                )
+                raise InvalidInputError("fiber_angles_gamma", gamma, allowed, "rad")
+        for beta, gamma in product(self.fiber_angles_beta, self.fiber_angles_gamma):
             families = FiberAngles(self.fiber_angle_alpha, beta)
-            for gamma in self.fiber_angles_gamma:
-                _check_single_fiber(families, gamma)
+            try:
+                check_single_fibers(families, (SingleFiber(gamma),))
+            except InvalidInputError as error:
+                field = "fiber_angles_gamma"
+                raise InvalidInputError(field, gamma, error.requirement, "rad") from None
         uniform = [e for e in self.elastomers if e.pressure_law is PressureLaw.UNIFORM]
         if uniform and any(self.fiber_angles_gamma):
             raise InvalidInputError(
@@ -224,17 +229,6 @@ class DesignRequirement:
                 "law, which is for straight fibers; offer tubing with constants of the section "
                 f"law, to start from {SECTION_OVER_UNIFORM:g} times these",
             )
-
-
-def _check_single_fiber(families: FiberAngles, gamma: float) -> None:
-    """Refuse an angle [rad] at which no single fiber bends a tube with these families."""
-    if not abs(gamma) <= LARGEST_GAMMA:
-        allowed = "an angle from -30 to 30 degrees: a steeper fiber winds a coil about nothing"
-        raise InvalidInputError("fiber_angles_gamma", gamma, allowed, "rad")
-    try:
-        check_single_fibers(families, (SingleFiber(gamma),))
-    except InvalidInputError as error:
-        raise InvalidInputError("fiber_angles_gamma", gamma, error.requirement, "rad") from None
 
 
 @dataclass(frozen=True, slots=True)
