@@ -21,6 +21,7 @@ from spiral_gripper.cli.types import (
     YAML_FILE,
     QuantityType,
     error_text,
+    option,
     output_options,
     plot_option,
 )
@@ -42,97 +43,82 @@ DRAWS_MAX: Final = 100_000
 @click.command()
 @click.argument("gripper")
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option(
+@option(
     "--law",
-    "laws",
-    multiple=True,
-    type=click.Choice(LAWS),
-    help="Law to fit; several are compared by AICc. [default: the file's own; "
+    click.Choice(LAWS),
+    "Law to fit; several are compared by AICc. [default: the file's own; "
     "neo_hookean where the readings do not determine its constants]",
+    many="laws",
 )
-@click.option(
+@option(
     "--fit",
-    "quantities",
-    multiple=True,
-    type=click.Choice(QUANTITIES),
-    help="Quantity to fit in addition to the law's constants.",
+    click.Choice(QUANTITIES),
+    "Quantity to fit in addition to the law's constants.",
+    many="quantities",
 )
-@click.option(
+@option(
     "--hold",
-    multiple=True,
+    str,
+    'Constant to keep at a value, such as "c2=15 kPa".',
+    many="hold",
     metavar="NAME=VALUE",
-    help='Constant to keep at a value, such as "c2=15 kPa".',
 )
-@click.option(
+@option(
     "--unit",
-    "units",
-    multiple=True,
+    str,
+    'Unit of a column without one, such as "pressure=psi".',
+    many="units",
     metavar="COLUMN=UNIT",
-    help='Unit of a column without one, such as "pressure=psi".',
 )
-@click.option(
+@option(
     "--error",
-    "errors",
-    multiple=True,
+    str,
+    'Standard error, such as "extension=0.2 mm" or "bend_angle=2 %".',
+    many="errors",
     metavar="COLUMN=ERROR",
-    help='Standard error, such as "extension=0.2 mm" or "bend_angle=2 %".',
 )
-@click.option(
+@option(
     "--section-length",
-    type=QuantityType("LENGTH", above=0.0, most="10 m"),
-    help="Unstretched length of the measured section. [default: the tube's length]",
+    QuantityType("LENGTH", above=0.0, most="10 m"),
+    "Unstretched length of the measured section. [default: the tube's length]",
 )
-@click.option("--ignore", "ignored", multiple=True, metavar="HEADING", help="Column to ignore.")
-@click.option("--robust", is_flag=True, help="Leave out outliers, at most a third of the readings.")
-@click.option(
-    "--accept-implausible", is_flag=True, help="Accept readings that look like a mix-up of units."
-)
-@click.option(
+@option("--ignore", str, "Column to ignore.", many="ignored", metavar="HEADING")
+@option("--robust", None, "Leave out outliers, at most a third of the readings.")
+@option("--accept-implausible", None, "Accept readings that look like a mix-up of units.")
+@option(
     "--measured-curve",
-    is_flag=True,
-    help="Fit nothing: write the measured curvature and torsion into the gripper file.",
+    None,
+    "Fit nothing: write the measured curvature and torsion into the gripper file.",
 )
-@click.option(
+@option(
     "--free-swing",
-    is_flag=True,
-    help="Fit the damping of material and air to the tip's displacement against time.",
+    None,
+    "Fit the damping of material and air to the tip's displacement against time.",
 )
-@click.option(
+@option(
     "--radius",
-    "radii",
-    multiple=True,
-    type=LENGTH,
-    help="Object radius for which to print the pressure and its interval.",
+    LENGTH,
+    "Object radius for which to print the pressure and its interval.",
+    many="radii",
 )
-@click.option(
+@option(
     "--draws",
-    type=click.IntRange(DRAWS_MIN, DRAWS_MAX),
-    help="Number of Monte Carlo draws for the intervals of --radius; without it they are "
+    click.IntRange(DRAWS_MIN, DRAWS_MAX),
+    "Number of Monte Carlo draws for the intervals of --radius; without it they are "
     "propagated linearly.",
 )
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    show_default=True,
-    help="Seed of the Monte Carlo draws.",
-)
-@click.option(
+@option("--seed", click.IntRange(min=0), "Seed of the Monte Carlo draws.", shown=0)
+@option(
     "--level",
-    type=click.FloatRange(0.0, 1.0, min_open=True, max_open=True),
-    default=DEFAULT_LEVEL,
-    show_default=True,
-    help="Confidence level of the intervals.",
+    click.FloatRange(0.0, 1.0, min_open=True, max_open=True),
+    "Confidence level of the intervals.",
+    shown=DEFAULT_LEVEL,
 )
-@click.option(
-    "--save",
-    type=YAML_FILE,
-    help="Gripper file to write. [default: a new file beside the original]",
-)
-@click.option("--no-save", is_flag=True, help="Write no gripper file.")
+@option("--save", YAML_FILE, "Gripper file to write. [default: a new file beside the original]")
+@option("--no-save", None, "Write no gripper file.")
 @output_options
 @plot_option
-@click.option("--report", type=REPORT_FILE, help="Write a report to a .md or .html file.")
+@option("--report", REPORT_FILE, "Write a report to a .md or .html file.")
 def calibrate(
     gripper: str,
     files: tuple[Path, ...],

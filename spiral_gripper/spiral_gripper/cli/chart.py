@@ -18,6 +18,7 @@ from spiral_gripper.cli.types import (
     QuantityType,
     gripper_argument,
     mount_options,
+    option,
     output_options,
     plot_option,
     turns_option,
@@ -34,15 +35,9 @@ def chart() -> None:
 
 @chart.command("design-space")
 @gripper_argument
-@click.option("--beta", "betas", type=FIBER_ANGLE, multiple=True, help="Fiber angle.")
+@option("--beta", FIBER_ANGLE, "Fiber angle.", many="betas")
 @turns_option
-@click.option(
-    "--stretch-max",
-    type=QuantityType(above=1.0),
-    default=1.5,
-    show_default=True,
-    help="Largest stretch of the tube.",
-)
+@option("--stretch-max", QuantityType(above=1.0), "Largest stretch of the tube.", shown=1.5)
 @output_options
 @plot_option
 def design_space(
@@ -93,8 +88,8 @@ def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -
 
 @chart.command()
 @gripper_argument
-@click.option("--radius-min", type=LENGTH, help="Smallest object. [default: 1/4 of the largest]")
-@click.option("--radius-max", type=LENGTH, help="Largest object. [default: the largest]")
+@option("--radius-min", LENGTH, "Smallest object. [default: 1/4 of the largest]")
+@option("--radius-max", LENGTH, "Largest object. [default: the largest]")
 @mount_options
 @output_options
 @plot_option
@@ -137,14 +132,7 @@ def pressure(
 
 @chart.command()
 @gripper_argument
-@click.option(
-    "--pressure",
-    "pressures",
-    type=PRESSURE,
-    multiple=True,
-    required=True,
-    help="Gauge pressure; up to three.",
-)
+@option("--pressure", PRESSURE, "Gauge pressure; up to three.", many="pressures", required=True)
 @output_options
 @plot_option
 def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Path | None) -> None:

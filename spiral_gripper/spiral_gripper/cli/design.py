@@ -13,6 +13,7 @@ from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import (
     REPORT_FILE,
     YAML_FILE,
+    option,
     output_options,
     plot_option,
     typed_units,
@@ -29,18 +30,14 @@ Example:
 
 @click.command(epilog=EXAMPLE)
 @requirement_options
-@click.option(
-    "--paper",
-    is_flag=True,
-    help="The paper's seven steps alone: nothing is closed on an object.",
-)
+@option("--paper", None, "The paper's seven steps alone: nothing is closed on an object.")
 @output_options
 @plot_option
-@click.option("--report", type=REPORT_FILE, help="Write a report to a .md or .html file.")
-@click.option(
+@option("--report", REPORT_FILE, "Write a report to a .md or .html file.")
+@option(
     "--save",
-    type=YAML_FILE,
-    help="Write the gripper's description to a .yaml file, for the node and the other commands.",
+    YAML_FILE,
+    "Write the gripper's description to a .yaml file, for the node and the other commands.",
 )
 def design(
     as_json: bool,

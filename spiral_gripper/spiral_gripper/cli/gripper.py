@@ -21,6 +21,7 @@ from spiral_gripper.cli.types import (
     mount_options,
     note_unit,
     object_options,
+    option,
     output_options,
     place_options,
     plot_option,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @gripper_argument
-@click.option("--pressure", type=PRESSURE, required=True, help="Gauge pressure.")
+@option("--pressure", PRESSURE, "Gauge pressure.", required=True)
 @mount_options
 @output_options
 @plot_option
@@ -72,10 +73,8 @@ def shape(
 @gripper_argument
 @object_options
 @place_options
-@click.option("--pressure", type=PRESSURE, help="Print the wrap at this pressure.")
-@click.option(
-    "--tip-criterion", is_flag=True, help="Estimate with the free coil alone, without contact."
-)
+@option("--pressure", PRESSURE, "Print the wrap at this pressure.")
+@option("--tip-criterion", None, "Estimate with the free coil alone, without contact.")
 @sensitivity_option
 @mount_options
 @output_options
@@ -145,36 +144,33 @@ def wrap(
 @gripper_argument
 @object_options
 @place_options
-@click.option(
+@option(
     "--friction",
-    type=FRICTION,
+    FRICTION,
+    "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
     metavar="MU",
-    help="Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
 )
-@click.option(
+@option(
     "--frictionless-closing",
-    "frictionless",
-    is_flag=True,
-    help="Close without friction, then pull with friction: the best case.",
+    None,
+    "Close without friction, then pull with friction: the best case.",
+    to="frictionless",
 )
-@click.option(
-    "--every-direction", is_flag=True, help="Also pull sideways and along gravity, and twist."
-)
-@click.option(
+@option("--every-direction", None, "Also pull sideways and along gravity, and twist.")
+@option(
     "--pressure",
-    "pressures",
-    type=PRESSURE,
-    multiple=True,
-    help="Look at this pressure in place of ten. May be repeated.",
+    PRESSURE,
+    "Look at this pressure in place of ten. May be repeated.",
+    many="pressures",
 )
-@click.option("--payload", type=MASS, help="Mass of the object to carry.")
-@click.option(
+@option("--payload", MASS, "Mass of the object to carry.")
+@option(
     "--spread",
-    is_flag=True,
-    help="Close again with the object moved aside by a millionth of the length, and print what "
+    None,
+    "Close again with the object moved aside by a millionth of the length, and print what "
     "that changes.",
 )
-@click.option("--force-max", type=FORCE, help="Greatest sum of normal forces on the object.")
+@option("--force-max", FORCE, "Greatest sum of normal forces on the object.")
 @sensitivity_option
 @mount_options
 @output_options

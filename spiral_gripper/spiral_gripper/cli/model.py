@@ -16,6 +16,7 @@ from spiral_gripper.cli.types import (
     Suffixed,
     gripper_argument,
     mount_options,
+    option,
     typed,
     units_option,
 )
@@ -25,11 +26,9 @@ SHEET_FILE: Final = Suffixed((".pdf", ".svg"))
 
 @click.command()
 @gripper_argument
-@click.option("--radius", type=LENGTH, required=True, help="Radius of the object.")
+@option("--radius", LENGTH, "Radius of the object.", required=True)
 @mount_options
-@click.option(
-    "--save", type=YAML_FILE, help="Write the model to a .yaml file.  [default: print it]"
-)
+@option("--save", YAML_FILE, "Write the model to a .yaml file.  [default: print it]")
 def model(gripper: str, radius: float, save: Path | None, **options: object) -> None:
     """Print the swept volume and the collision spheres of GRIPPER, for its URDF.
 
@@ -49,14 +48,10 @@ def model(gripper: str, radius: float, save: Path | None, **options: object) -> 
 
 @click.command("winding-sheet")
 @gripper_argument
-@click.option(
-    "--end-allowance",
-    type=LENGTH,
-    default="20 mm",
-    show_default=True,
-    help="Length of tube for plug and fitting at each end.",
+@option(
+    "--end-allowance", LENGTH, "Length of tube for plug and fitting at each end.", shown="20 mm"
 )
-@click.option("--save", type=SHEET_FILE, help="Write the template, .pdf or .svg.")
+@option("--save", SHEET_FILE, "Write the template, .pdf or .svg.")
 @units_option
 def winding_sheet(gripper: str, end_allowance: float, save: Path | None) -> None:
     """Print cut length, pitches and fiber lengths of GRIPPER; write a winding template.

@@ -17,6 +17,7 @@ from spiral_gripper.cli.types import (
     PRESSURE,
     SINGLE_FIBER_ANGLE,
     mount_options,
+    option,
     together,
     turns_option,
     unit_vector,
@@ -28,70 +29,63 @@ if TYPE_CHECKING:
 PREFERENCES: Final = ("least-strain", "least-pressure", "shortest", "largest-margin")
 
 requirement_options = together(
-    click.option("--radius-min", type=LENGTH, required=True, help="Radius of the smallest object."),
-    click.option("--radius-max", type=LENGTH, required=True, help="Radius of the largest object."),
-    click.option(
+    option("--radius-min", LENGTH, "Radius of the smallest object.", required=True),
+    option("--radius-max", LENGTH, "Radius of the largest object.", required=True),
+    option(
         "--tubing",
-        default="natural_latex",
-        show_default=True,
+        str,
+        "File of the available tube sizes and their material.",
+        shown="natural_latex",
         metavar="NAME|FILE",
-        help="File of the available tube sizes and their material.",
     ),
-    click.option(
+    option(
         "--tube",
-        "tubes",
-        multiple=True,
+        str,
+        'Only this size, bore x wall: "3/8 in x 1/32 in". May be repeated.',
+        many="tubes",
         metavar="SIZE",
-        help='Only this size, bore x wall: "3/8 in x 1/32 in". May be repeated.',
     ),
-    click.option(
+    option(
         "--beta",
-        "fiber_angles_beta",
-        type=FIBER_ANGLE,
-        multiple=True,
-        help="Angle of the second fiber family. May be repeated. [default: 50, 60, 70, 80 deg]",
+        FIBER_ANGLE,
+        "Angle of the second fiber family. May be repeated. [default: 50, 60, 70, 80 deg]",
+        many="fiber_angles_beta",
     ),
-    click.option(
+    option(
         "--alpha",
-        "fiber_angle_alpha",
-        type=FIBER_ANGLE,
-        help="Angle of the first family. [default: 88 deg]",
+        FIBER_ANGLE,
+        "Angle of the first family. [default: 88 deg]",
+        to="fiber_angle_alpha",
     ),
-    click.option(
+    option(
         "--gamma",
-        "fiber_angles_gamma",
-        type=SINGLE_FIBER_ANGLE,
-        multiple=True,
-        help="Angle of the single fiber; of several the best is chosen. [default: 0 deg, straight]",
+        SINGLE_FIBER_ANGLE,
+        "Angle of the single fiber; of several the best is chosen. [default: 0 deg, straight]",
+        many="fiber_angles_gamma",
     ),
     turns_option,
-    click.option(
-        "--object-length", type=LENGTH, help="Length of the objects that the gripper may cover."
-    ),
-    click.option("--length-max", type=LENGTH, help="Greatest length of the gripper."),
-    click.option("--pressure-max", type=PRESSURE, help="Greatest pressure."),
-    click.option("--strain-max", type=NUMBER, help="Greatest axial strain; 0.3 is 30 %."),
-    click.option(
+    option("--object-length", LENGTH, "Length of the objects that the gripper may cover."),
+    option("--length-max", LENGTH, "Greatest length of the gripper."),
+    option("--pressure-max", PRESSURE, "Greatest pressure."),
+    option("--strain-max", NUMBER, "Greatest axial strain; 0.3 is 30 %."),
+    option(
         "--payload",
-        type=MASS,
-        help="Mass of each object; a design must carry twice this mass, computed with contact.",
+        MASS,
+        "Mass of each object; a design must carry twice this mass, computed with contact.",
     ),
-    click.option(
+    option(
         "--friction",
-        "friction_coefficient",
-        type=FRICTION,
+        FRICTION,
+        "Friction coefficient of tube and objects, where contact counts. [default: 0.3]",
+        to="friction_coefficient",
         metavar="MU",
-        help="Friction coefficient of tube and objects, where contact counts. [default: 0.3]",
     ),
-    click.option(
-        "--end-allowance", type=LENGTH, help="Tube beyond the gripper at each end. [default: 20 mm]"
-    ),
-    click.option(
+    option("--end-allowance", LENGTH, "Tube beyond the gripper at each end. [default: 20 mm]"),
+    option(
         "--prefer",
-        type=click.Choice(PREFERENCES),
-        default=PREFERENCES[0],
-        show_default=True,
-        help="Which of several feasible designs to choose.",
+        click.Choice(PREFERENCES),
+        "Which of several feasible designs to choose.",
+        shown=PREFERENCES[0],
     ),
     mount_options,
 )

@@ -19,6 +19,7 @@ from spiral_gripper.cli.types import (
     NUMBER,
     POSITIVE_LENGTH,
     Suffixed,
+    option,
     output_options,
     plot_option,
 )
@@ -33,50 +34,18 @@ def sweep() -> None:
     """Compute many designs or grips at once."""
 
 
-jobs_option = click.option(
-    "--jobs",
-    type=click.IntRange(1, MOST_JOBS),
-    help="Number of processes.  [default: one per core]",
+jobs_option = option(
+    "--jobs", click.IntRange(1, MOST_JOBS), "Number of processes.  [default: one per core]"
 )
 
 
 @sweep.command("map")
 @requirement_options
-@click.option(
-    "--angles",
-    type=click.IntRange(2, MOST_ANGLES),
-    default=15,
-    show_default=True,
-    help="Number of fiber angles.",
-)
-@click.option(
-    "--tube-radius-min",
-    type=POSITIVE_LENGTH,
-    default="2 mm",
-    show_default=True,
-    help="Smallest inner radius of the tube.",
-)
-@click.option(
-    "--tube-radius-max",
-    type=POSITIVE_LENGTH,
-    default="8 mm",
-    show_default=True,
-    help="Largest inner radius of the tube.",
-)
-@click.option(
-    "--tube-radii",
-    type=click.IntRange(2, 181),
-    default=13,
-    show_default=True,
-    help="Number of tube radii.",
-)
-@click.option(
-    "--wall",
-    type=POSITIVE_LENGTH,
-    default="1/32 in",
-    show_default=True,
-    help="Wall thickness of all tubes.",
-)
+@option("--angles", click.IntRange(2, MOST_ANGLES), "Number of fiber angles.", shown=15)
+@option("--tube-radius-min", POSITIVE_LENGTH, "Smallest inner radius of the tube.", shown="2 mm")
+@option("--tube-radius-max", POSITIVE_LENGTH, "Largest inner radius of the tube.", shown="8 mm")
+@option("--tube-radii", click.IntRange(2, 181), "Number of tube radii.", shown=13)
+@option("--wall", POSITIVE_LENGTH, "Wall thickness of all tubes.", shown="1/32 in")
 @jobs_option
 @output_options
 @plot_option
@@ -177,36 +146,27 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
 
 @sweep.command()
 @click.argument("grippers", metavar="GRIPPER...", nargs=-1, required=True)
-@click.option(
-    "--radius",
-    "radii",
-    type=POSITIVE_LENGTH,
-    multiple=True,
-    required=True,
-    help="Radius of a cylinder.",
-)
-@click.option(
+@option("--radius", POSITIVE_LENGTH, "Radius of a cylinder.", many="radii", required=True)
+@option(
     "--friction",
-    "frictions",
-    type=FRICTION,
-    multiple=True,
+    FRICTION,
+    "Friction coefficient of tube and object; by default each gripper file's, or 0.3.",
+    many="frictions",
     metavar="MU",
-    help="Friction coefficient of tube and object; by default each gripper file's, or 0.3.",
 )
-@click.option(
+@option(
     "--gravity-direction",
-    "directions",
-    type=NUMBER,
-    nargs=3,
-    multiple=True,
-    metavar="X Y Z",
-    help="Direction of gravity in the base frame; 1 0 0 for a gripper that hangs. "
+    NUMBER,
+    "Direction of gravity in the base frame; 1 0 0 for a gripper that hangs. "
     "[default: as in the gripper files]",
+    many="directions",
+    nargs=3,
+    metavar="X Y Z",
 )
-@click.option(
+@option(
     "--results",
-    type=Suffixed((".jsonl",)),
-    help="A .jsonl file with one line for each grip; grips found in it are not solved again.",
+    Suffixed((".jsonl",)),
+    "A .jsonl file with one line for each grip; grips found in it are not solved again.",
 )
 @jobs_option
 @output_options

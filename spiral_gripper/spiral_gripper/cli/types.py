@@ -248,6 +248,35 @@ REPORT_FILE: Final = Suffixed(REPORT_SUFFIXES)
 YAML_FILE: Final = Suffixed((".yaml",), new=True)
 
 
+def option(
+    name: str,
+    kind: Any,  # noqa: ANN401  # click's types
+    text: str,
+    *,
+    to: str = "",
+    many: str = "",
+    shown: object = None,
+    **more: Any,  # noqa: ANN401  # of click.option
+) -> Callable[[Decorated], Decorated]:
+    """Return a decorator that adds an option.
+
+    Args:
+        name: with its hyphens.
+        kind: of its value; None is a flag.
+        text: its help.
+        to: the parameter's name, if it is not the option's.
+        many: likewise, of an option that may be repeated.
+        shown: default that the help shows.
+        more: of ``click.option``.
+    """
+    names = (name, *filter(None, (to or many,)))
+    if kind is None:
+        more["is_flag"] = True
+    if shown is not None:
+        more |= {"default": shown, "show_default": True}
+    return click.option(*names, type=kind, help=text, multiple=bool(many), **more)
+
+
 def together(*options: Callable[[Any], Any]) -> Callable[[Decorated], Decorated]:
     """Return a decorator that adds options, the first one on top."""
     return lambda function: reduce(lambda f, option: option(f), reversed(options), function)
@@ -269,82 +298,76 @@ def _choose_units(ctx: click.Context, param: click.Parameter, value: str | None)
         _note(math.nan, f"1 {unit}", dimension_of(unit).name, param, ctx)
 
 
-json_option = click.option(
-    "--json", "as_json", is_flag=True, help="Print JSON, in SI units, for programs."
-)
+json_option = option("--json", None, "Print JSON, in SI units, for programs.", to="as_json")
 # The units in which the command prints and draws.
-units_option = click.option(
+units_option = option(
     "--units",
-    "display_units",
+    str,
+    'Units of tables, messages and pictures, such as "psi,mm".',
+    to="display_units",
     metavar="UNITS",
     expose_value=False,
     is_eager=True,
     callback=_choose_units,
-    help='Units of tables, messages and pictures, such as "psi,mm".',
 )
 output_options = together(json_option, units_option)
-plot_option = click.option(
-    "--plot", type=FIGURE_FILE, help="Write a picture to a .png, .svg or .pdf file."
-)
-turns_option = click.option(
+plot_option = option("--plot", FIGURE_FILE, "Write a picture to a .png, .svg or .pdf file.")
+turns_option = option(
     "--turns",
-    "turns_required",
-    type=NUMBER,
-    default=str(DEFAULT_TURNS),
-    show_default=True,
+    NUMBER,
+    "Turns about the largest object.",
+    to="turns_required",
+    shown=str(DEFAULT_TURNS),
     metavar="N",
-    help="Turns about the largest object.",
 )
 gripper_argument = click.argument("gripper", metavar="GRIPPER")
 object_options = together(
-    click.option("--radius", type=LENGTH, help="Radius of a cylinder."),
-    click.option(
+    option("--radius", LENGTH, "Radius of a cylinder."),
+    option(
         "--profile",
-        type=click.Path(exists=True, dir_okay=False, path_type=Path),
-        help="CSV file of the object's radius along its axis, in place of --radius; its header: "
+        click.Path(exists=True, dir_okay=False, path_type=Path),
+        "CSV file of the object's radius along its axis, in place of --radius; its header: "
         "position [mm], radius [mm].",
     ),
 )
 place_options = together(
-    click.option(
+    option(
         "--place",
-        type=LENGTH,
+        LENGTH,
+        "The object's middle in the base frame; by default where the free coil lies.",
         nargs=3,
         metavar="X Y Z",
-        help="The object's middle in the base frame; by default where the free coil lies.",
     ),
-    click.option(
-        "--find-place",
-        is_flag=True,
-        help="Where the object is not held, look for a place near by where it is.",
+    option(
+        "--find-place", None, "Where the object is not held, look for a place near by where it is."
     ),
 )
 mount_options = together(
-    click.option(
+    option(
         "--gravity-direction",
-        type=NUMBER,
-        nargs=3,
-        metavar="X Y Z",
-        help="Direction of gravity in the base frame, where the tube leaves along +x: 1 0 0 "
+        NUMBER,
+        "Direction of gravity in the base frame, where the tube leaves along +x: 1 0 0 "
         "for a gripper that hangs.",
-    ),
-    click.option(
-        "--gravity-magnitude",
-        type=ACCELERATION,
-        help='Acceleration of gravity; "0 m/s^2" leaves gravity out.',
-    ),
-    click.option(
-        "--object-axis",
-        type=NUMBER,
         nargs=3,
         metavar="X Y Z",
-        help="Direction of the object in the base frame; by default fitted to the coil.",
+    ),
+    option(
+        "--gravity-magnitude",
+        ACCELERATION,
+        'Acceleration of gravity; "0 m/s^2" leaves gravity out.',
+    ),
+    option(
+        "--object-axis",
+        NUMBER,
+        "Direction of the object in the base frame; by default fitted to the coil.",
+        nargs=3,
+        metavar="X Y Z",
     ),
 )
-sensitivity_option = click.option(
+sensitivity_option = option(
     "--sensitivity",
-    is_flag=True,
-    help="Change every input to both sides and print what that changes, the most first.",
+    None,
+    "Change every input to both sides and print what that changes, the most first.",
 )
 
 

@@ -19,6 +19,7 @@ from spiral_gripper.cli.types import (
     TIME,
     gripper_argument,
     mount_options,
+    option,
     output_options,
     plot_option,
     typed,
@@ -28,54 +29,33 @@ from spiral_gripper.cli.workers import progress_bar
 
 @click.command()
 @gripper_argument
-@click.option("--radius", type=LENGTH, required=True, help="Radius of the cylinder.")
-@click.option(
-    "--rate",
-    type=PRESSURE_RATE,
-    required=True,
-    metavar="RATE",
-    help="Rate at which the pressure rises.",
-)
-@click.option(
-    "--pressure",
-    type=PRESSURE,
-    help="Final pressure; by default 1.15 times that of the perfect wrap.",
-)
-@click.option(
-    "--wait",
-    type=TIME,
-    default="2 s",
-    show_default=True,
-    help="Time at the final pressure before the grip is judged.",
-)
-@click.option(
+@option("--radius", LENGTH, "Radius of the cylinder.", required=True)
+@option("--rate", PRESSURE_RATE, "Rate at which the pressure rises.", required=True, metavar="RATE")
+@option("--pressure", PRESSURE, "Final pressure; by default 1.15 times that of the perfect wrap.")
+@option("--wait", TIME, "Time at the final pressure before the grip is judged.", shown="2 s")
+@option(
     "--friction",
-    type=FRICTION,
+    FRICTION,
+    "Friction coefficient; by default the gripper file's, or 0.3.",
     metavar="MU",
-    help="Friction coefficient; by default the gripper file's, or 0.3.",
 )
-@click.option(
+@option(
     "--retardation-time",
-    type=TIME,
-    default="16 ms",
-    show_default=True,
-    help="Damping of the material; 5 to 50 ms for silicone and latex.",
+    TIME,
+    "Damping of the material; 5 to 50 ms for silicone and latex.",
+    shown="16 ms",
 )
-@click.option(
-    "--advise",
-    is_flag=True,
-    help="Also find the fastest rate that keeps 90 % of the slow grip's force.",
-)
-@click.option(
+@option("--advise", None, "Also find the fastest rate that keeps 90 % of the slow grip's force.")
+@option(
     "--spread",
-    is_flag=True,
-    help="Repeat the closing with other details and print how far its figures scatter; a "
+    None,
+    "Repeat the closing with other details and print how far its figures scatter; a "
     "disorderly closing is always repeated.",
 )
-@click.option(
+@option(
     "--animate",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Write an animation in real time to a .gif file.",
+    click.Path(dir_okay=False, path_type=Path),
+    "Write an animation in real time to a .gif file.",
 )
 @mount_options
 @output_options

@@ -15,6 +15,7 @@ from spiral_gripper.cli.types import (
     MASS,
     POSITIVE_NUMBER,
     QuantityType,
+    option,
     output_options,
     units_option,
 )
@@ -23,23 +24,24 @@ SIDE = "tools.commands"
 _RADIUS = QuantityType("LENGTH", above=0.0)
 
 
-namespace_option = click.option(
+namespace_option = option(
     "--namespace",
+    str,
+    "Namespace of the gripper's node.",
     metavar="NAME",
     default="/",
     callback=checked_namespace,
-    help="Namespace of the gripper's node.",
 )
-timeout_option = click.option(
+timeout_option = option(
     "--timeout",
-    type=POSITIVE_NUMBER,
+    POSITIVE_NUMBER,
+    "Time limit.  [default: the node's grasp.timeout]",
     metavar="SECONDS",
-    help="Time limit.  [default: the node's grasp.timeout]",
 )
-overpressure_option = click.option(
+overpressure_option = option(
     "--overpressure",
-    type=QuantityType("PRESSURE", least=0.0),
-    help="Pressure to add to the pressure of the wrap.  [default: what the node recommends]",
+    QuantityType("PRESSURE", least=0.0),
+    "Pressure to add to the pressure of the wrap.  [default: what the node recommends]",
 )
 
 
@@ -53,18 +55,18 @@ def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
 
 
 @click.command()
-@click.option("--radius", type=_RADIUS, required=True, help="Radius of the object.")
+@option("--radius", _RADIUS, "Radius of the object.", required=True)
 @overpressure_option
-@click.option(
+@option(
     "--payload",
-    type=MASS,
-    help="Mass of the object; whether it is held is computed, which takes some seconds.",
+    MASS,
+    "Mass of the object; whether it is held is computed, which takes some seconds.",
 )
-@click.option(
+@option(
     "--friction",
-    type=POSITIVE_NUMBER,
+    POSITIVE_NUMBER,
+    "Friction coefficient of tube and object. [default: the node's]",
     metavar="MU",
-    help="Friction coefficient of tube and object. [default: the node's]",
 )
 @namespace_option
 @output_options
@@ -90,17 +92,13 @@ def plan(
 
 
 @click.command()
-@click.option(
-    "--radius",
-    type=_RADIUS,
-    help="Radius of the object.  [default: the one that the node follows]",
-)
+@option("--radius", _RADIUS, "Radius of the object.  [default: the one that the node follows]")
 @overpressure_option
 @timeout_option
-@click.option(
+@option(
     "--on-failure",
-    type=click.Choice(("vent", "hold")),
-    help="What to do with the pressure after a failure.  [default: the node's grasp.abort_policy]",
+    click.Choice(("vent", "hold")),
+    "What to do with the pressure after a failure.  [default: the node's grasp.abort_policy]",
 )
 @namespace_option
 @output_options
@@ -147,11 +145,11 @@ def status(namespace: str, as_json: bool) -> int:
 
 
 @click.command()
-@click.option(
+@option(
     "--duration",
-    type=POSITIVE_NUMBER,
+    POSITIVE_NUMBER,
+    "Time after which to end.  [default: at Ctrl-C]",
     metavar="SECONDS",
-    help="Time after which to end.  [default: at Ctrl-C]",
 )
 @namespace_option
 @units_option

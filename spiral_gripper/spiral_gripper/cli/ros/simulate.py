@@ -9,7 +9,7 @@ import re
 import click
 
 from spiral_gripper.cli.ros.side import load_ros_side
-from spiral_gripper.cli.types import POSITIVE_NUMBER, QuantityType, units_option
+from spiral_gripper.cli.types import POSITIVE_NUMBER, QuantityType, option, units_option
 
 FAULTS = ("none", "leak", "stuck_valve", "lost_link")
 DEFAULT_GRIPPER = "paper_design_70"
@@ -42,28 +42,29 @@ def checked_namespace(
 
 @click.command()
 @click.argument("gripper", metavar="[GRIPPER]", default=DEFAULT_GRIPPER)
-@click.option(
+@option(
     "--radius",
-    type=QuantityType("LENGTH", above=0.0, most="1 m"),
-    help="Radius of the object.  [default: the middle of the gripper's range]",
+    QuantityType("LENGTH", above=0.0, most="1 m"),
+    "Radius of the object.  [default: the middle of the gripper's range]",
 )
-@click.option(
+@option(
     "--noise",
-    type=QuantityType("LENGTH", least=0.0, most="0.1 m"),
-    help="Standard deviation of the radius estimates.",
+    QuantityType("LENGTH", least=0.0, most="0.1 m"),
+    "Standard deviation of the radius estimates.",
 )
-@click.option("--fault", type=click.Choice(FAULTS), default="none", help="Fault of the regulator.")
-@click.option(
+@option("--fault", click.Choice(FAULTS), "Fault of the regulator.", default="none")
+@option(
     "--duration",
-    type=POSITIVE_NUMBER,
+    POSITIVE_NUMBER,
+    "Time after which to end.  [default: at Ctrl-C]",
     metavar="SECONDS",
-    help="Time after which to end.  [default: at Ctrl-C]",
 )
-@click.option(
+@option(
     "--namespace",
+    str,
+    "Namespace of all topics.  [default: a new one]",
     metavar="NAME",
     callback=checked_namespace,
-    help="Namespace of all topics.  [default: a new one]",
 )
 @units_option
 def simulate(
@@ -91,12 +92,13 @@ def simulate(
 
 @click.command()
 @click.argument("fault", type=click.Choice(FAULTS))
-@click.option(
+@option(
     "--namespace",
+    str,
+    "Namespace of the simulation's topics.",
     required=True,
     metavar="NAME",
     callback=checked_namespace,
-    help="Namespace of the simulation's topics.",
 )
 def inject(fault: str, namespace: str) -> int:
     """Set the FAULT of the regulator in the simulation of a namespace; none removes the fault."""

@@ -13,7 +13,7 @@ import click
 
 from spiral_gripper.cli.ros.running import namespace_option
 from spiral_gripper.cli.ros.side import load_ros_side
-from spiral_gripper.cli.types import units_option
+from spiral_gripper.cli.types import option, units_option
 
 if TYPE_CHECKING:
     import viser
@@ -24,21 +24,15 @@ LOOK_PERIOD = 0.1
 
 @click.command()
 @click.argument("gripper", default="paper_design_70")
-@click.option("--ros", is_flag=True, help="Show a running node in place of a file.")
+@option("--ros", None, "Show a running node in place of a file.")
 @namespace_option
-@click.option(
+@option(
     "--host",
-    default="127.0.0.1",
-    show_default=True,
-    help="Address to serve; 0.0.0.0 lets other computers open the page.",
+    str,
+    "Address to serve; 0.0.0.0 lets other computers open the page.",
+    shown="127.0.0.1",
 )
-@click.option(
-    "--port",
-    type=click.IntRange(1, 65535),
-    default=8080,
-    show_default=True,
-    help="Port of the page.",
-)
+@option("--port", click.IntRange(1, 65535), "Port of the page.", shown=8080)
 @click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
 @units_option
 def studio(gripper: str, ros: bool, namespace: str, host: str, port: int, browser: bool) -> None:
