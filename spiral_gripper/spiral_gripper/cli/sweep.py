@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -23,20 +21,14 @@ from spiral_gripper.cli.types import (
     output_options,
     plot_option,
 )
-from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
+from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
 
 MOST_ANGLES = 181
-MOST_JOBS = 1024
 
 
 @click.group(cls=Group)
 def sweep() -> None:
     """Compute many designs or grips at once."""
-
-
-jobs_option = option(
-    "--jobs", click.IntRange(1, MOST_JOBS), "Number of processes.  [default: one per core]"
-)
 
 
 @sweep.command("map")
@@ -83,7 +75,7 @@ def feasibility(
 
     from spiral_core.design.sweep import feasibility_map
 
-    with _workers(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
+    with worker_pool(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
         result = feasibility_map(
             requirement,
             np.linspace(min(betas), max(betas), angles).tolist(),
@@ -120,7 +112,7 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
 
     from spiral_core.design.sweep import closed_pareto_set, solve_points
 
-    with _workers(jobs) as executor:
+    with worker_pool(jobs) as executor:
         with progress_bar("solving", quiet=as_json) as progress:
             points = solve_points(requirement, requirement.candidates(), executor, progress)
         with progress_bar("closing", quiet=as_json) as progress:
@@ -202,7 +194,7 @@ def grips(
 
     interrupted = False
     try:
-        with _workers(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
+        with worker_pool(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
             solve_cases(cases, executor, progress, known=store.known, keep=keep)
     except KeyboardInterrupt:
         interrupted = True
@@ -221,9 +213,3 @@ def grips(
         caption = study_accuracy(cases, outcomes)
         write_picture(window_figure(cases, outcomes, caption), plot)
     return 1 if interrupted else 0
-
-
-def _workers(jobs: int | None) -> AbstractContextManager[Executor | None]:
-    """Return a pool of processes; None where one process is enough."""
-    count = core_count() if jobs is None else jobs
-    return nullcontext() if count == 1 else process_pool(count)

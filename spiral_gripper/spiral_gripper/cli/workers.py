@@ -9,10 +9,13 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 import click
 
+from spiral_gripper.cli.types import Decorated
+
+MOST_JOBS = 1024
 _interrupted = threading.Event()
 
 
@@ -83,3 +86,18 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
             bar.update(task, completed=done, total=total)
 
         yield move
+
+
+def jobs_option(function: Decorated) -> Decorated:
+    """Add ``--jobs``."""
+    return click.option(
+        "--jobs",
+        type=click.IntRange(1, MOST_JOBS),
+        help="Number of processes.  [default: one per core]",
+    )(function)
+
+
+def worker_pool(jobs: int | None) -> AbstractContextManager[Executor | None]:
+    """Return a pool of processes; None where one process is enough."""
+    count = core_count() if jobs is None else jobs
+    return nullcontext() if count == 1 else process_pool(count)
