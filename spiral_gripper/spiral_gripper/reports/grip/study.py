@@ -49,7 +49,8 @@ class StudyFile:
         if path is None or not path.exists():
             return
         keys = {_key(case): number for number, case in enumerate(cases)}
-        whole = text = read_text(path)
+        text = read_text(path)
+        whole = text
         last = text[text.rfind("\n") + 1 :]
         if '{"case"'.startswith(last[:7]):  # an interruption cut the last line off
             whole = text.removesuffix(last)
@@ -60,8 +61,9 @@ class StudyFile:
             except (ValueError, KeyError, TypeError):
                 requirement = "an outcome of a study, in JSON"
                 raise InvalidInputError(f"{path}: line {count}", line, requirement) from None
-            if json.dumps(key) in keys:
-                self.known[keys[json.dumps(key)]] = outcome
+            number = keys.get(json.dumps(key))
+            if number is not None:
+                self.known[number] = outcome
         if whole != text:
             write_file(path, whole)
 
@@ -97,7 +99,9 @@ def print_outcomes(
 ) -> None:
     """Print a table for each gripper and mount; refusals with their reason below."""
     pairs = list(zip(cases, outcomes, strict=True))
-    for _, group in groupby(pairs, lambda pair: (pair[0].gripper.name, pair[0].gripper.gravity)):
+    for _, group in groupby(
+        pairs, key=lambda pair: (pair[0].gripper.name, pair[0].gripper.gravity)
+    ):
         console.print(_table(list(group)))
     for case, outcome in pairs:
         if outcome.refusal:
@@ -114,7 +118,8 @@ def _table(grips: list[tuple[GripCase, GripOutcome]]) -> Table:
         title=escape(f"{gripper.name}, gravity ({gravity}), {len(grips)} grips"),
         caption=escape(f"forces at the recommended pressure [{units}]; > at least, ? not known"),
     )
-    for column in ("radius", "friction", "wrapped", "curls", "lost", "at", "away", "towards"):
+    columns = ("radius", "friction", "wrapped", "curls", "lost", "at", "away", "towards")
+    for column in columns:
         table.add_column(column, justify="right")
     for case, outcome in grips:
         unknown = "-" if outcome.refusal else "?"
