@@ -21,6 +21,7 @@ from spiral_gripper.cli.types import (
     YAML_FILE,
     QuantityType,
     error_text,
+    flag,
     option,
     output_options,
     plot_option,
@@ -83,18 +84,13 @@ DRAWS_MAX: Final = 100_000
     "Unstretched length of the measured section. [default: the tube's length]",
 )
 @option("--ignore", str, "Column to ignore.", many="ignored", metavar="HEADING")
-@option("--robust", None, "Leave out outliers, at most a third of the readings.")
-@option("--accept-implausible", None, "Accept readings that look like a mix-up of units.")
-@option(
+@flag("--robust", "Leave out outliers, at most a third of the readings.")
+@flag("--accept-implausible", "Accept readings that look like a mix-up of units.")
+@flag(
     "--measured-curve",
-    None,
     "Fit nothing: write the measured curvature and torsion into the gripper file.",
 )
-@option(
-    "--free-swing",
-    None,
-    "Fit the damping of material and air to the tip's displacement against time.",
-)
+@flag("--free-swing", "Fit the damping of material and air to the tip's displacement against time.")
 @option(
     "--radius",
     LENGTH,
@@ -115,7 +111,7 @@ DRAWS_MAX: Final = 100_000
     shown=DEFAULT_LEVEL,
 )
 @option("--save", YAML_FILE, "Gripper file to write. [default: a new file beside the original]")
-@option("--no-save", None, "Write no gripper file.")
+@flag("--no-save", "Write no gripper file.")
 @output_options
 @plot_option
 @option("--report", REPORT_FILE, "Write a report to a .md or .html file.")

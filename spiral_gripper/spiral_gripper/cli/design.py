@@ -13,6 +13,7 @@ from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import (
     REPORT_FILE,
     YAML_FILE,
+    flag,
     option,
     output_options,
     plot_option,
@@ -30,7 +31,7 @@ Example:
 
 @click.command(epilog=EXAMPLE)
 @requirement_options
-@option("--paper", None, "The paper's seven steps alone: nothing is closed on an object.")
+@flag("--paper", "The paper's seven steps alone: nothing is closed on an object.")
 @output_options
 @plot_option
 @option("--report", REPORT_FILE, "Write a report to a .md or .html file.")

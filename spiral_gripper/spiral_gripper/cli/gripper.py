@@ -17,6 +17,7 @@ from spiral_gripper.cli.types import (
     FRICTION,
     MASS,
     PRESSURE,
+    flag,
     gripper_argument,
     mount_options,
     note_unit,
@@ -74,7 +75,7 @@ def shape(
 @object_options
 @place_options
 @option("--pressure", PRESSURE, "Print the wrap at this pressure.")
-@option("--tip-criterion", None, "Estimate with the free coil alone, without contact.")
+@flag("--tip-criterion", "Estimate with the free coil alone, without contact.")
 @sensitivity_option
 @mount_options
 @output_options
@@ -150,13 +151,12 @@ def wrap(
     "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
     metavar="MU",
 )
-@option(
+@flag(
     "--frictionless-closing",
-    None,
     "Close without friction, then pull with friction: the best case.",
     to="frictionless",
 )
-@option("--every-direction", None, "Also pull sideways and along gravity, and twist.")
+@flag("--every-direction", "Also pull sideways and along gravity, and twist.")
 @option(
     "--pressure",
     PRESSURE,
@@ -164,9 +164,8 @@ def wrap(
     many="pressures",
 )
 @option("--payload", MASS, "Mass of the object to carry.")
-@option(
+@flag(
     "--spread",
-    None,
     "Close again with the object moved aside by a millionth of the length, and print what "
     "that changes.",
 )

@@ -262,7 +262,7 @@ def option(
 
     Args:
         name: with its hyphens.
-        kind: of its value; None is a flag.
+        kind: of its value.
         text: its help.
         to: the parameter's name, if it is not the option's.
         many: likewise, of an option that may be repeated.
@@ -270,11 +270,14 @@ def option(
         more: of ``click.option``.
     """
     names = (name, *filter(None, (to or many,)))
-    if kind is None:
-        more["is_flag"] = True
     if shown is not None:
         more |= {"default": shown, "show_default": True}
     return click.option(*names, type=kind, help=text, multiple=bool(many), **more)
+
+
+def flag(name: str, text: str, *, to: str = "") -> Callable[[Decorated], Decorated]:
+    """Return a decorator that adds an option without a value; arguments as of :func:`option`."""
+    return option(name, None, text, to=to, is_flag=True)
 
 
 def together(*options: Callable[[Any], Any]) -> Callable[[Decorated], Decorated]:
@@ -298,7 +301,7 @@ def _choose_units(ctx: click.Context, param: click.Parameter, value: str | None)
         _note(math.nan, f"1 {unit}", dimension_of(unit).name, param, ctx)
 
 
-json_option = option("--json", None, "Print JSON, in SI units, for programs.", to="as_json")
+json_option = flag("--json", "Print JSON, in SI units, for programs.", to="as_json")
 # The units in which the command prints and draws.
 units_option = option(
     "--units",
@@ -338,9 +341,7 @@ place_options = together(
         nargs=3,
         metavar="X Y Z",
     ),
-    option(
-        "--find-place", None, "Where the object is not held, look for a place near by where it is."
-    ),
+    flag("--find-place", "Where the object is not held, look for a place near by where it is."),
 )
 mount_options = together(
     option(
@@ -364,10 +365,8 @@ mount_options = together(
         metavar="X Y Z",
     ),
 )
-sensitivity_option = option(
-    "--sensitivity",
-    None,
-    "Change every input to both sides and print what that changes, the most first.",
+sensitivity_option = flag(
+    "--sensitivity", "Change every input to both sides and print what that changes, the most first."
 )
 
 

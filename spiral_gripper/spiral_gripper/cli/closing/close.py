@@ -17,6 +17,7 @@ from spiral_gripper.cli.types import (
     PRESSURE,
     PRESSURE_RATE,
     TIME,
+    flag,
     gripper_argument,
     mount_options,
     option,
@@ -45,10 +46,9 @@ from spiral_gripper.cli.workers import progress_bar
     "Damping of the material; 5 to 50 ms for silicone and latex.",
     shown="16 ms",
 )
-@option("--advise", None, "Also find the fastest rate that keeps 90 % of the slow grip's force.")
-@option(
+@flag("--advise", "Also find the fastest rate that keeps 90 % of the slow grip's force.")
+@flag(
     "--spread",
-    None,
     "Repeat the closing with other details and print how far its figures scatter; a "
     "disorderly closing is always repeated.",
 )

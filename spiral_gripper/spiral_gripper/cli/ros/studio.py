@@ -13,7 +13,7 @@ import click
 
 from spiral_gripper.cli.ros.running import namespace_option
 from spiral_gripper.cli.ros.side import load_ros_side
-from spiral_gripper.cli.types import option, units_option
+from spiral_gripper.cli.types import flag, option, units_option
 
 if TYPE_CHECKING:
     import viser
@@ -24,7 +24,7 @@ LOOK_PERIOD = 0.1
 
 @click.command()
 @click.argument("gripper", default="paper_design_70")
-@option("--ros", None, "Show a running node in place of a file.")
+@flag("--ros", "Show a running node in place of a file.")
 @namespace_option
 @option(
     "--host",
