@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from spiral_core import FittedQuantity
 from spiral_core.calibration.regression import Interval
 from spiral_gripper.files.fields import CONSTANTS, FIELDS
 from spiral_gripper.files.shown import number, shown, shown_message
-from spiral_gripper.reports.fields import Field, Rows
+from spiral_gripper.reports.fields import Field, Json, Rows
 
 if TYPE_CHECKING:
     from spiral_gripper.bench.run import CalibrationResult
@@ -51,7 +51,7 @@ def radius_rows(result: CalibrationResult) -> Rows:
     return rows
 
 
-def _values(result: CalibrationResult) -> dict[str, Any]:
+def _values(result: CalibrationResult) -> Json:
     best = result.choice.best
     return {
         name: {
@@ -103,7 +103,7 @@ def _left_out(result: CalibrationResult) -> str | None:
     return f"{text}; not predicted: {missed}" if missed else text
 
 
-def _laws(result: CalibrationResult) -> list[dict[str, Any]]:
+def _laws(result: CalibrationResult) -> list[Json]:
     choice = result.choice
     return [
         {

@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 from spiral_core import (
     CalibrationModel,
@@ -66,6 +67,10 @@ SAME_STIFFNESS = 1e-12
 FAR_MODULUS = 2.5
 # The law with one constant, fitted where the readings cannot distinguish more.
 SIMPLEST_LAW = "neo_hookean"
+
+
+# A fit, or the law's name and why there is none.
+Outcome: TypeAlias = Calibration | tuple[str, SpiralError]
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +215,7 @@ def run_calibration(
         _refuse_contradictions(_trial(description), one, robust=options.robust)
     readings = [reading for one in measurements for reading in one.readings]
 
-    def outcome(law: str) -> Calibration | tuple[str, SpiralError]:
+    def outcome(law: str) -> Outcome:
         try:
             model = calibration_model(description, law, options)
             return calibrate(model, readings, robust=options.robust)
@@ -267,7 +272,7 @@ def _pressure(
         return error
 
 
-def _is_undecided(outcome: Calibration | tuple[str, SpiralError]) -> bool:
+def _is_undecided(outcome: Outcome) -> bool:
     """Return whether there is no fit, or one that does not tell the law's constants apart."""
     if not isinstance(outcome, Calibration):
         return True

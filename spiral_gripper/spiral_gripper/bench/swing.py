@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from spiral_core import InvalidInputError, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.regression import Scatter
@@ -16,7 +16,7 @@ from spiral_gripper.bench.report import interval_text
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import shown
 from spiral_gripper.files.table import read_table_file
-from spiral_gripper.reports.fields import Field, Rows
+from spiral_gripper.reports.fields import Field, Json, Rows
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
 LARGE_SWING = 0.15
@@ -89,7 +89,7 @@ def _warnings(solved: SolvedSwing) -> list[str]:
     return found
 
 
-def _values(solved: SolvedSwing) -> dict[str, Any]:
+def _values(solved: SolvedSwing) -> Json:
     fit = solved.fit
     return {
         name: {"value": float(value), "interval": fit.interval(name, solved.level)}

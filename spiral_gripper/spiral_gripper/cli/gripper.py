@@ -34,6 +34,7 @@ from spiral_gripper.cli.types import (
 from spiral_gripper.cli.workers import progress_bar
 
 if TYPE_CHECKING:
+    from spiral_core.rod.types import Vector
     from spiral_core.wrap.gripper import Gripper
     from spiral_gripper.files.description import GripperDescription
     from spiral_gripper.reports.grip.document import GripQuestion, SolvedGrip
@@ -84,7 +85,7 @@ def wrap(
     gripper: str,
     radius: float | None,
     profile: Path | None,
-    place: tuple[float, float, float] | None,
+    place: Vector | None,
     find_place: bool,
     pressure: float | None,
     tip_criterion: bool,

@@ -14,7 +14,7 @@ import click
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from spiral_gripper.reports.fields import Field
+    from spiral_gripper.reports.fields import Field, Rows
 
 
 def print_json(value: object) -> None:
@@ -24,7 +24,7 @@ def print_json(value: object) -> None:
     click.echo(json.dumps(plain(value), indent=2, allow_nan=False, ensure_ascii=False))
 
 
-def print_rows(title: str, rows: list[tuple[str, str]]) -> None:
+def print_rows(title: str, rows: Rows) -> None:
     """Print names and figures in two columns."""
     from rich.console import Console
 
@@ -45,7 +45,7 @@ def print_result(fields: Sequence[Field], result: object, as_json: bool, title: 
         print_lines(rows_of(fields, result))
 
 
-def print_lines(rows: list[tuple[str, str]]) -> None:
+def print_lines(rows: Rows) -> None:
     """Print names and figures, a line each."""
     click.echo("\n".join(f"{name}: {text}".rstrip() for name, text in rows))
 

@@ -25,6 +25,7 @@ from spiral_gripper.cli.types import (
 
 if TYPE_CHECKING:
     from spiral_core.design.requirement import DesignRequirement
+    from spiral_core.rod.types import Vector
 
 PREFERENCES: Final = ("least-strain", "least-pressure", "shortest", "largest-margin")
 
@@ -132,9 +133,7 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
     return requirement
 
 
-def gravity_from(
-    options: dict[str, Any], default: tuple[float, float, float]
-) -> tuple[float, float, float] | None:
+def gravity_from(options: dict[str, Any], default: Vector) -> Vector | None:
     """Return the acceleration that the mount options state [m/s^2]; None if they state none.
 
     Args:
@@ -150,9 +149,7 @@ def gravity_from(
     return gravity_of(direction or default, magnitude)
 
 
-def gravity_of(
-    direction: tuple[float, ...], magnitude: float | None = None
-) -> tuple[float, float, float]:
+def gravity_of(direction: tuple[float, ...], magnitude: float | None = None) -> Vector:
     """Return an acceleration [m/s^2]; without a magnitude it is the Earth's.
 
     Raises:

@@ -8,12 +8,13 @@ from collections.abc import Callable, Mapping
 from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
 
 import click
 
 if TYPE_CHECKING:
     from spiral_core import SpiralError
+    from spiral_core.rod.types import Vector
     from spiral_gripper.files.units import Dimension
 
 Decorated = TypeVar("Decorated", bound=Callable[..., object])
@@ -38,6 +39,10 @@ class TypedValue(NamedTuple):
     value: float
     text: str
     dimension: str
+
+
+# What was typed, by the parameter's name: the core's name of the field.
+Givens: TypeAlias = Mapping[str, list[TypedValue]]
 
 
 class QuantityType(click.ParamType):  # type: ignore[type-arg]  # generic for the checker only
@@ -173,7 +178,7 @@ def note_unit(text: str, dimension: str) -> None:
     _note(math.nan, text, dimension, command, context)
 
 
-def typed_units(givens: Mapping[str, list[TypedValue]]) -> dict[Dimension, str]:
+def typed_units(givens: Givens) -> dict[Dimension, str]:
     """Return the unit that was typed first for each kind of quantity."""
     from spiral_gripper.files.units import Dimension, unit_of
 
@@ -184,11 +189,11 @@ def typed_units(givens: Mapping[str, list[TypedValue]]) -> dict[Dimension, str]:
     return units
 
 
-def _with_units(givens: Mapping[str, list[TypedValue]]) -> list[TypedValue]:
+def _with_units(givens: Givens) -> list[TypedValue]:
     return [one for values in givens.values() for one in values if one.dimension]
 
 
-def error_text(error: SpiralError, givens: Mapping[str, list[TypedValue]]) -> str:
+def error_text(error: SpiralError, givens: Givens) -> str:
     """Return the message of an error in the units, and with the values and options, as typed.
 
     Args:
@@ -370,7 +375,7 @@ sensitivity_option = flag(
 )
 
 
-def unit_vector(name: str, vector: tuple[float, ...]) -> tuple[float, float, float]:
+def unit_vector(name: str, vector: tuple[float, ...]) -> Vector:
     """Return the unit vector along three numbers.
 
     Raises:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Any, Final
+from typing import Final
 
 from spiral_core.actuator.actuator import Winding
 from spiral_core.design.helix_estimate import GripFigures
@@ -16,10 +16,10 @@ from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.description_text import changed_text, description_fields, put_fields
 from spiral_gripper.files.fields import law_name
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
-from spiral_gripper.reports.fields import Field, Rows, document_of, plain
+from spiral_gripper.reports.fields import Field, Json, Rows, document_of, plain
 
 
-def report_as_dict(report: DesignReport) -> dict[str, Any]:
+def report_as_dict(report: DesignReport) -> Json:
     """Return a whole report, in SI."""
     return {
         "feasible": report.feasible,
@@ -66,11 +66,11 @@ def description_text(design: Design, name: str) -> str:
     return f"# Written by spiral-gripper design: {sentence}.\n{changed_text(root)}"
 
 
-def _margin(margin: Margin) -> dict[str, Any]:
+def _margin(margin: Margin) -> Json:
     return _with(margin, unit="constraint.unit", room="room", relative="relative", met="is_met")
 
 
-def _with(value: object, **names: str) -> dict[str, Any]:
+def _with(value: object, **names: str) -> Json:
     """Return a dataclass as plain data, with some of its properties, by key and dotted name."""
     return {**plain(value), **{key: attrgetter(name)(value) for key, name in names.items()}}
 
@@ -79,7 +79,7 @@ def _mm(length: float) -> str:
     return shown(length, "m")
 
 
-def _material(design: Design) -> dict[str, Any]:
+def _material(design: Design) -> Json:
     elastomer = design.elastomer
     return {
         "name": elastomer.name,

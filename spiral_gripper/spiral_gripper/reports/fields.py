@@ -15,6 +15,10 @@ from spiral_gripper.files.shown import shown
 # From a result to something; an attribute's dotted name stands for its value.
 Getter: TypeAlias = Callable[[Any], Any]
 Rows: TypeAlias = list[tuple[str, str]]
+# A result for programs, in SI.
+Json: TypeAlias = dict[str, Any]
+# Told the number of steps that are done, and of all.
+Progress: TypeAlias = Callable[[int, int], None]
 
 
 class Field(NamedTuple):
@@ -64,7 +68,7 @@ def rows_of(fields: Sequence[Field], result: object) -> Rows:
     return found
 
 
-def document_of(fields: Sequence[Field], result: object) -> dict[str, Any]:
+def document_of(fields: Sequence[Field], result: object) -> Json:
     """Return a result for programs, in SI."""
     return {field.key: plain(field.value(result)) for field in fields if field.key}
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Final
 
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import InvalidInputError
@@ -21,7 +21,7 @@ from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper.files.table import read_table_file
 from spiral_gripper.files.units import Dimension
-from spiral_gripper.reports.fields import Field, plain
+from spiral_gripper.reports.fields import Field, Json, plain
 
 HEADER_REQUIREMENT = 'is missing: a profile has columns with units, "position [mm], radius [mm]"'
 PROFILE_COLUMNS = MappingProxyType({"position": Dimension.LENGTH, "radius": Dimension.LENGTH})
@@ -212,7 +212,7 @@ PROFILE: Final = (
 )  # fmt: skip
 
 
-def profile_as_dict(solved: SolvedProfile) -> dict[str, Any]:
+def profile_as_dict(solved: SolvedProfile) -> Json:
     """Return a profile's wrap for programs, in SI."""
     return {
         "gripper": solved.gripper.name,

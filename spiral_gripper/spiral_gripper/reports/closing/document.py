@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.closing import (
@@ -32,7 +32,7 @@ from spiral_core.rod.motion.motion import Frame
 from spiral_core.rounding import rounded_up
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
-from spiral_gripper.reports.fields import Field, Rows
+from spiral_gripper.reports.fields import Field, Json, Progress, Rows
 
 # Speed of an arm that stops before the approach [m/s].
 MOVE = 0.25
@@ -104,9 +104,7 @@ class SolvedClose:
         return self.closing.is_complete and not self.interrupted
 
 
-def solve_close(
-    question: CloseQuestion, progress: Callable[[int, int], None] | None = None
-) -> SolvedClose:
+def solve_close(question: CloseQuestion, progress: Progress | None = None) -> SolvedClose:
     """Return how a gripper closes; after an interrupt what was computed until then.
 
     Raises:
@@ -216,7 +214,7 @@ def _advised(solved: SolvedClose) -> Rows:
     ]
 
 
-def _advice(solved: SolvedClose) -> dict[str, Any] | None:
+def _advice(solved: SolvedClose) -> Json | None:
     advice = solved.advice
     return (
         None
@@ -230,7 +228,7 @@ def _advice(solved: SolvedClose) -> dict[str, Any] | None:
     )
 
 
-def _spread(solved: SolvedClose) -> dict[str, Any] | None:
+def _spread(solved: SolvedClose) -> Json | None:
     """Return lowest and highest figures; None where they are not known."""
 
     def known(bounds: tuple[float, float]) -> tuple[float, float] | None:
@@ -248,7 +246,7 @@ def _spread(solved: SolvedClose) -> dict[str, Any] | None:
     )
 
 
-def _frames(solved: SolvedClose) -> list[dict[str, Any]]:
+def _frames(solved: SolvedClose) -> list[Json]:
     closing = solved.closing
     return [
         {

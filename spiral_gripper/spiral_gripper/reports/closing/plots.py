@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TypeAlias
@@ -17,6 +16,7 @@ from spiral_core.grip.closing import TimedClosing
 from spiral_core.grip.window import GripPoint
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.files.storage import write_file
+from spiral_gripper.reports.fields import Progress
 from spiral_gripper.reports.grip.plots import coil_surfaces
 from spiral_gripper.reports.shape_plots import VIEWS, draw_side
 from spiral_gripper.reports.style import COLORS, panels, paper_style, set_title
@@ -51,9 +51,7 @@ def close_figure(closing: TimedClosing) -> Figure:
 
 
 @paper_style()
-def write_animation(
-    closing: TimedClosing, path: Path, progress: Callable[[int, int], None] | None = None
-) -> None:
+def write_animation(closing: TimedClosing, path: Path, progress: Progress | None = None) -> None:
     """Write a closing in real time as an animated picture; ``progress`` counts the pictures.
 
     Raises:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,6 +32,7 @@ from spiral_core.message import Message, Quantity, joined
 from spiral_core.rod.contact.shapes import Profile
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
+from spiral_gripper.reports.fields import Progress
 from spiral_gripper.reports.wrap_document import read_profile
 
 
@@ -105,9 +106,7 @@ class SolvedGrip:
     nudged: tuple[GripWindow, ...] = ()
 
 
-def solve_question(
-    question: GripQuestion, progress: Callable[[int, int], None] | None = None
-) -> SolvedGrip:
+def solve_question(question: GripQuestion, progress: Progress | None = None) -> SolvedGrip:
     """Return how a gripper holds an object.
 
     Raises:
@@ -142,7 +141,7 @@ def solve_question(
 def placed(
     question: GripQuestion,
     executor: Executor,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> GripQuestion:
     """Return a question with the object where it is held: in the free coil or, if not, near it.
 
@@ -164,9 +163,7 @@ def placed(
     return replace(question, gripper=gripper, place=found.obstacle.position)
 
 
-def solve_closing(
-    question: GripQuestion, progress: Callable[[int, int], None] | None = None
-) -> SolvedGrip:
+def solve_closing(question: GripQuestion, progress: Progress | None = None) -> SolvedGrip:
     """Return at which pressures a gripper is wrapped around an object, without any force.
 
     Raises:
@@ -181,7 +178,7 @@ def solve_closing(
 
 
 def closed_window(
-    question: GripQuestion, progress: Callable[[int, int], None] | None = None
+    question: GripQuestion, progress: Progress | None = None
 ) -> tuple[GripWindow, float | None]:
     """Return the window of a question, and the place on the profile's axis in the coil's middle.
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from rich.console import Console
@@ -20,7 +20,7 @@ from spiral_core.rounding import signed_percent
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, shown, shown_message
-from spiral_gripper.reports.fields import Field, Rows, document_of, rows_of
+from spiral_gripper.reports.fields import Field, Json, Rows, document_of, rows_of
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.wrap_document import (
     COIL,
@@ -51,7 +51,7 @@ SAME = 1e-3
 ENDS = {"onset_wrap": "wrapped from", "onset_curling": "curls from", "loss": "lost at"}
 
 
-def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> list[tuple[str, str]]:
+def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> Rows:
     """Return the figures of a wrap as names and texts.
 
     Args:
@@ -64,7 +64,7 @@ def wrap_rows(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> li
     return rows_of(WRAP if isinstance(free, SolvedWrap) else PROFILE, free)
 
 
-def wrap_as_dict(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> dict[str, Any]:
+def wrap_as_dict(free: SolvedWrap | SolvedProfile, closed: SolvedGrip | None) -> Json:
     """Return a wrap for programs, in SI: the free coil's figures, and over them those of contact.
 
     ``largest_gap`` is that of the free coil to the object in its place.
@@ -230,11 +230,11 @@ def unit_of(pull: Pull) -> str:
     return "N m" if is_twist(pull) else "N"
 
 
-def grip_as_dict(solved: SolvedGrip) -> dict[str, Any]:
+def grip_as_dict(solved: SolvedGrip) -> Json:
     """Return a grip for programs, in SI."""
     grip, point, payload = solved.grip, solved.point, solved.question.payload
     diameter = 2.0 * float(grip.setup.obstacle.shape.feature_radius)
-    document: dict[str, Any] = document_of(GRIP, solved)
+    document: Json = document_of(GRIP, solved)
     document["at_pressure"] = {
         "pressure": point.pressure,
         "arc_length": point.state.arc_lengths,

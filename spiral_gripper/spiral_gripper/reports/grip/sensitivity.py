@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple, TypeAlias
+from typing import Final, NamedTuple, TypeAlias
 
 from rich.markup import escape
 from rich.table import Table
@@ -22,6 +22,7 @@ from spiral_core.wrap.profile import wrap_for_profile
 from spiral_gripper.files.description import GripperDescription, vary_gripper
 from spiral_gripper.files.fields import CONSTANTS
 from spiral_gripper.files.shown import axis_label, scale_of, shown
+from spiral_gripper.reports.fields import Json, Progress
 from spiral_gripper.reports.grip.document import GripQuestion, closed_window, setup_of
 from spiral_gripper.reports.wrap_document import read_profile
 
@@ -157,7 +158,7 @@ class Varied:
         scale = 100.0 / at if unit == "%" else scale_of(unit).factor
         return f"{scale * change:+.2g}" if abs(change) > RESOLUTIONS.get(key, 0.0) * at else "0"
 
-    def as_dict(self) -> dict[str, Any]:
+    def as_dict(self) -> Json:
         """Return the figures for programs, in SI."""
         return {
             "sensitivity_at": self.base,
@@ -292,7 +293,7 @@ def solve_sensitivity(
     setup: GripSetup | None,
     pressure: float,
     executor: Executor,
-    progress: Callable[[int, int], None],
+    progress: Progress,
 ) -> Varied:
     """Return the figures of a question, and what every input changes, the largest change first.
 
