@@ -11,7 +11,6 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
-from typing import Final
 
 import spiral_core as core
 from spiral_core.numerics.kernel import KERNEL_FILES, SOURCE_DIGEST, processor_features
@@ -49,7 +48,7 @@ def compile_contacts() -> None:
 
 
 # They share small kernels only, so that two processes may take one each.
-STEPS: Final = (compile_rods_and_wraps, compile_contacts)
+STEPS = (compile_rods_and_wraps, compile_contacts)
 
 
 def compile_kernels(processes: int = 1) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Final
+from typing import Any
 
 from spiral_core import (
     BendReading,
@@ -25,7 +25,7 @@ from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.files.table import Row, Table, read_table_file
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 
-COLUMNS: Final = MappingProxyType(
+COLUMNS = MappingProxyType(
     {
         **dict.fromkeys(("pressure", "pressure_error"), Dimension.PRESSURE),
         **dict.fromkeys(("section_length", "extension", "extension_error"), Dimension.LENGTH),

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from itertools import combinations
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from spiral_core import FittedQuantity
 from spiral_core.calibration.regression import Interval
@@ -132,7 +132,7 @@ def _compared(result: CalibrationResult) -> Rows:
     ]
 
 
-CALIBRATION: Final = (
+CALIBRATION = (
     Field("law", "law", "choice.best.model.fitted_law.__name__", "{}"),
     Field("readings", "readings", lambda r: len(r.choice.best.readings), lambda r: (
         f"{len(r.choice.best.readings)}, degrees of freedom: {r.choice.best.degrees_of_freedom}"

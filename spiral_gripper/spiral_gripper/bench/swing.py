@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from spiral_core import InvalidInputError, SwingReading, fit_swing, vibrations
 from spiral_core.calibration.regression import Scatter
@@ -104,7 +104,7 @@ def _value_rows(solved: SolvedSwing) -> Rows:
     ]
 
 
-FREE_SWING: Final = (
+FREE_SWING = (
     Field("values", "", _values),
     Field("level", "", "level"),
     Field("frequency", lambda s: f"free swing of {s.fit.frequency:.3g} Hz", "fit.frequency",

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from spiral_gripper.files.description import GripperDescription
 
 # Stated here too, so that --help loads nothing heavy; a test holds them to their sources.
-LAWS: Final = ("neo_hookean", "mooney_rivlin", "yeoh", "gent")
-QUANTITIES: Final = ("bending_stiffness", "torsional_stiffness", "straight_fiber_radius")
-DEFAULT_LEVEL: Final = 0.95
-DRAWS_MIN: Final = 40
+LAWS = ("neo_hookean", "mooney_rivlin", "yeoh", "gent")
+QUANTITIES = ("bending_stiffness", "torsional_stiffness", "straight_fiber_radius")
+DEFAULT_LEVEL = 0.95
+DRAWS_MIN = 40
 # So many take some minutes; the interval's ends are then known to a hundredth of its width.
-DRAWS_MAX: Final = 100_000
+DRAWS_MAX = 100_000
 
 
 @click.command()

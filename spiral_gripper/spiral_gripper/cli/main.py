@@ -17,23 +17,23 @@ from contextlib import suppress
 from importlib import import_module
 from threading import Timer
 from types import MappingProxyType
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import click
 
 from spiral_gripper.cli.group import Group, NoCommandError
 from spiral_gripper.cli.workers import interrupt_between_steps
 
-NO_ANSWER: Final = 2
+NO_ANSWER = 2
 # Commands that may show nothing at first, and the time after which a line says so [s].
-COMPUTING: Final = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
-PATIENCE: Final = 3.0
+COMPUTING = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
+PATIENCE = 3.0
 # Commands that print what they have computed when they are interrupted.
-STEPWISE: Final = ("close", "sweep")
+STEPWISE = ("close", "sweep")
 # Garbage is collected after so many new objects: most come with the libraries, and stay.
-NEW_OBJECTS: Final = 200_000
+NEW_OBJECTS = 200_000
 # Libraries that are not always installed: what needs them, and the extra that brings them.
-EXTRAS: Final = MappingProxyType(
+EXTRAS = MappingProxyType(
     {
         "matplotlib": ("pictures need matplotlib", "plot"),
         "viser": ("the studio needs viser", "studio"),
@@ -49,7 +49,7 @@ class _Entry(NamedTuple):
     help: str
 
 
-COMMANDS: Final = MappingProxyType(
+COMMANDS = MappingProxyType(
     {
         "design": _Entry("design", "Design a gripper for given objects and limits."),
         "shape": _Entry("gripper", "Compute the shape of a gripper at a pressure."),

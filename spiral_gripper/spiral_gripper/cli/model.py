@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Final
 
 import click
 
@@ -21,7 +20,7 @@ from spiral_gripper.cli.types import (
     units_option,
 )
 
-SHEET_FILE: Final = Suffixed((".pdf", ".svg"))
+SHEET_FILE = Suffixed((".pdf", ".svg"))
 
 
 @click.command()

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from spiral_core.design.requirement import DesignRequirement
     from spiral_core.rod.types import Vector
 
-PREFERENCES: Final = ("least-strain", "least-pressure", "shortest", "largest-margin")
+PREFERENCES = ("least-strain", "least-pressure", "shortest", "largest-margin")
 
 requirement_options = together(
     option("--radius-min", LENGTH, "Radius of the smallest object.", required=True),

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryFile
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import click
 
@@ -19,10 +19,10 @@ if TYPE_CHECKING:
 
 Decorated = TypeVar("Decorated", bound=Callable[..., object])
 
-FIGURE_SUFFIXES: Final = (".png", ".svg", ".pdf")
-REPORT_SUFFIXES: Final = (".md", ".html")
+FIGURE_SUFFIXES = (".png", ".svg", ".pdf")
+REPORT_SUFFIXES = (".md", ".html")
 # The core's, stated here too so that --help loads nothing heavy; a test compares them.
-DEFAULT_TURNS: Final = 1.05
+DEFAULT_TURNS = 1.05
 
 
 class TypedValue(NamedTuple):
@@ -235,22 +235,22 @@ def typed_all(name: str) -> list[str]:
     return [str(value.text) for value in click.get_current_context().obj[name]]
 
 
-LENGTH: Final = QuantityType("LENGTH")
-POSITIVE_LENGTH: Final = QuantityType("LENGTH", above=0.0)
-PRESSURE: Final = QuantityType("PRESSURE")
-FIBER_ANGLE: Final = FiberAngle("ANGLE")
-SINGLE_FIBER_ANGLE: Final = QuantityType("ANGLE")
-ACCELERATION: Final = QuantityType("ACCELERATION", least=0.0, most="10000 m/s^2")
-MASS: Final = QuantityType("MASS", above=0.0, most="1000 kg")
-FORCE: Final = QuantityType("FORCE", above=0.0, most="1000 kN")
-TIME: Final = QuantityType("TIME", above=0.0, most="600 s")
-PRESSURE_RATE: Final = QuantityType("PRESSURE_RATE", above=0.0, most="1000 bar/s")
-NUMBER: Final = QuantityType()
-POSITIVE_NUMBER: Final = QuantityType(above=0.0)
-FRICTION: Final = QuantityType(least=0.0, most="10")
-FIGURE_FILE: Final = Suffixed(FIGURE_SUFFIXES)
-REPORT_FILE: Final = Suffixed(REPORT_SUFFIXES)
-YAML_FILE: Final = Suffixed((".yaml",), new=True)
+LENGTH = QuantityType("LENGTH")
+POSITIVE_LENGTH = QuantityType("LENGTH", above=0.0)
+PRESSURE = QuantityType("PRESSURE")
+FIBER_ANGLE = FiberAngle("ANGLE")
+SINGLE_FIBER_ANGLE = QuantityType("ANGLE")
+ACCELERATION = QuantityType("ACCELERATION", least=0.0, most="10000 m/s^2")
+MASS = QuantityType("MASS", above=0.0, most="1000 kg")
+FORCE = QuantityType("FORCE", above=0.0, most="1000 kN")
+TIME = QuantityType("TIME", above=0.0, most="600 s")
+PRESSURE_RATE = QuantityType("PRESSURE_RATE", above=0.0, most="1000 bar/s")
+NUMBER = QuantityType()
+POSITIVE_NUMBER = QuantityType(above=0.0)
+FRICTION = QuantityType(least=0.0, most="10")
+FIGURE_FILE = Suffixed(FIGURE_SUFFIXES)
+REPORT_FILE = Suffixed(REPORT_SUFFIXES)
+YAML_FILE = Suffixed((".yaml",), new=True)
 
 
 def option(

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from textwrap import shorten
 from types import MappingProxyType
-from typing import Any, Final, TypeAlias
+from typing import Any, TypeAlias
 
 from spiral_core import (
     CurvatureForm,
@@ -41,23 +41,21 @@ from spiral_gripper.files.units import (
     unit_of,
 )
 
-FITTED: Final = "fitted"
-NO_FAMILY: Final = "none"
+FITTED = "fitted"
+NO_FAMILY = "none"
 
-LAWS: Final = MappingProxyType(
+LAWS = MappingProxyType(
     {"neo_hookean": NeoHookean, "mooney_rivlin": MooneyRivlin, "yeoh": Yeoh, "gent": Gent}
 )
 # Laws of other programs, and the most similar one here.
-_SIMILAR: Final = {
+_SIMILAR = {
     "ogden": "yeoh",
     "arruda_boyce": "gent",
     "linear": "neo_hookean",
     "linear_elastic": "neo_hookean",
     "hookean": "neo_hookean",
 }
-_DIRECTION: Final = (
-    "three finite numbers, not all zero, such as [1, 0, 0] (x, y, z of the base frame)"
-)
+_DIRECTION = "three finite numbers, not all zero, such as [1, 0, 0] (x, y, z of the base frame)"
 
 Vector = tuple[float, float, float]
 # SI floats for quantities, tuples of them for lists; floats, text and booleans; unit vectors for
@@ -179,9 +177,9 @@ def _read_direction(entry: Entry) -> Vector:
         raise _RefusedError from None
 
 
-_TEXT: Final = "text, in quotes if it looks like a number"
-_WOUND: Final = "-90 to 90 deg, not 0"
-FIELDS: Final = MappingProxyType(
+_TEXT = "text, in quotes if it looks like a number"
+_WOUND = "-90 to 90 deg, not 0"
+FIELDS = MappingProxyType(
     {
         "name": Field("name", f"one line of {_TEXT}", _read_name, required=True),
         "description": Field("text", _TEXT, _read_text, default="empty"),
@@ -244,16 +242,16 @@ FIELDS: Final = MappingProxyType(
     }
 )  # fmt: skip
 
-REQUIRED: Final = {name: field.requirement for name, field in FIELDS.items() if field.required}
-CONSTANTS: Final = tuple(
+REQUIRED = {name: field.requirement for name, field in FIELDS.items() if field.required}
+CONSTANTS = tuple(
     dict.fromkeys(constant.name for law in LAWS.values() for constant in dataclasses.fields(law))
 )
 # The fields of a measured curve: all of them or none.
-MEASURED: Final = {
+MEASURED = {
     name: field.requirement for name, field in FIELDS.items() if name.startswith("measured.")
 }
 # The core's argument names are the last parts of the dotted names.
-_FIELD_OF_ARGUMENT: Final = {name.rpartition(".")[2]: name for name in FIELDS} | {
+_FIELD_OF_ARGUMENT = {name.rpartition(".")[2]: name for name in FIELDS} | {
     "single_fibers": "fibers.single_angles"
 }
 

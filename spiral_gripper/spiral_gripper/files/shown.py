@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
 from types import MappingProxyType
-from typing import Final, NamedTuple, ParamSpec, TypeVar
+from typing import NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Scale(NamedTuple):
 
 
 # SI unit -> unit that is shown unless the user chose another one.
-_USUAL: Final[Mapping[str, Scale]] = MappingProxyType(
+_USUAL: Mapping[str, Scale] = MappingProxyType(
     {
         "m": Scale(1e3, "mm"),
         "Pa": Scale(1e-3, "kPa"),
@@ -48,9 +48,9 @@ _USUAL: Final[Mapping[str, Scale]] = MappingProxyType(
         "1": Scale(1.0, ""),
     }
 )
-CHOSEN: Final = tuple(Dimension[name] for name in ("PRESSURE", "LENGTH", "ANGLE", "FORCE", "MASS"))
+CHOSEN = tuple(Dimension[name] for name in ("PRESSURE", "LENGTH", "ANGLE", "FORCE", "MASS"))
 # Larger than this, a number is easier to read in SI.
-_LONGEST: Final = 1e5
+_LONGEST = 1e5
 _present: ContextVar[Mapping[str, Scale]] = ContextVar("units", default=_USUAL)
 
 

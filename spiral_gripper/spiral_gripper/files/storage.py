@@ -10,15 +10,14 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Final
 
 from spiral_core import SpiralError
 from spiral_core.message import Message
 
 # The shipped descriptions have a thousandth of this [byte], a bench test some hundredth.
-LARGEST_FILE: Final = 2_000_000
+LARGEST_FILE = 2_000_000
 
-_REASONS: Final = {
+_REASONS = {
     errno.ENOENT: "there is no such file",
     errno.EISDIR: "it is a folder",
     errno.ENOTDIR: "a part of its path is no folder",

@@ -6,7 +6,6 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from spiral_core import PressureLaw
 from spiral_core.brief import brief_repr
@@ -26,13 +25,13 @@ from spiral_gripper.files.fields import (
 from spiral_gripper.files.plausibility import warnings_of_tubing
 from spiral_gripper.files.units import Dimension, parse_quantity
 
-SIZE_REQUIREMENT: Final = 'bore and wall with their units, such as "3/8 in x 1/32 in"'
+SIZE_REQUIREMENT = 'bore and wall with their units, such as "3/8 in x 1/32 in"'
 # A wall thicker than this many bore radii has most likely changed places with the bore.
-LARGEST_WALL: Final = 4.0
-_SIZES: Final = "sizes"
-_REQUIRED: Final = ("name", "material.law", "material.density")
-_LAW: Final = "model.pressure_law"
-_FIELDS: Final = (*_REQUIRED, "description", _LAW, *(f"material.{c}" for c in CONSTANTS), _SIZES)
+LARGEST_WALL = 4.0
+_SIZES = "sizes"
+_REQUIRED = ("name", "material.law", "material.density")
+_LAW = "model.pressure_law"
+_FIELDS = (*_REQUIRED, "description", _LAW, *(f"material.{c}" for c in CONSTANTS), _SIZES)
 
 
 @dataclass(frozen=True, slots=True)

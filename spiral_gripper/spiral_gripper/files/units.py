@@ -15,7 +15,6 @@ from decimal import Decimal
 from enum import Enum
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Final
 
 import numpy as np
 
@@ -52,7 +51,7 @@ _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁴": "4", "μ": "µ"})
 
 # Unit, its size in SI units, exponents of meter, kilogram, second and radian. The first seven take
 # the prefixes below.
-_TABLE: Final = """
+_TABLE = """
 m 1 1 0 0 0
 g 0.001 0 1 0 0
 s 1 0 0 1 0
@@ -79,8 +78,8 @@ standard_gravity 9.80665 1 0 -2 0
 min,minute 60 0 0 1 0
 h 3600 0 0 1 0
 """
-_PREFIXES: Final = "n 1e-9,µ 1e-6,u 1e-6,m 1e-3,c 1e-2,d 0.1,h 1e2,k 1e3,M 1e6,G 1e9"
-_PREFIXED: Final = 7
+_PREFIXES = "n 1e-9,µ 1e-6,u 1e-6,m 1e-3,c 1e-2,d 0.1,h 1e2,k 1e3,M 1e6,G 1e9"
+_PREFIXED = 7
 # What a unit measures: exponents of meter, kilogram, second and radian.
 Exponents = tuple[int, ...]
 
@@ -98,7 +97,7 @@ def _all_units() -> dict[str, tuple[Decimal, Exponents]]:
     return units
 
 
-UNITS: Final = MappingProxyType(_all_units())
+UNITS = MappingProxyType(_all_units())
 _RATIOS = frozenset({"%", "percent", "dB", "ppm"})
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from operator import attrgetter
-from typing import Final
 
 from spiral_core.actuator.actuator import Winding
 from spiral_core.design.helix_estimate import GripFigures
@@ -119,7 +118,7 @@ def _grip_text(grip: GripFigures) -> str:
     )
 
 
-DESIGN: Final = (
+DESIGN = (
     Field("tube", "tube", "tube", lambda d: f"{d.tube.name}, {d.elastomer.name}"),
     Field("", "inner radius, wall", "tube", lambda d: (
         f"{_mm(d.tube.inner_radius)}, {_mm(d.tube.wall_thickness)}"
@@ -156,7 +155,7 @@ DESIGN: Final = (
     Field("curve", "", lambda d: [_with(point, strain="strain") for point in d.curve]),
     Field("margins", "", lambda d: [_margin(margin) for margin in d.margins]),
 )  # fmt: skip
-POINT: Final = (
+POINT = (
     Field("tube", "", "candidate.tube"),
     Field("material", "", "candidate.elastomer.name"),
     Field("fiber_angle_beta", "", "candidate.fiber_angle_beta"),

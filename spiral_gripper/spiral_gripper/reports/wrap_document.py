@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Final
 
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.errors import InvalidInputError
@@ -26,7 +25,7 @@ from spiral_gripper.reports.fields import Field, Json, plain
 HEADER_REQUIREMENT = 'is missing: a profile has columns with units, "position [mm], radius [mm]"'
 PROFILE_COLUMNS = MappingProxyType({"position": Dimension.LENGTH, "radius": Dimension.LENGTH})
 
-ASSUMED: Final = "the object lies in the free coil; no contact, no friction"
+ASSUMED = "the object lies in the free coil; no contact, no friction"
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +142,7 @@ def _line_force(solved: SolvedWrap) -> str | None:
     return shown(solved.line_force, "N/m")
 
 
-SHAPE: Final = (
+SHAPE = (
     Field("gripper", "", "gripper.name"),
     Field("pressure", "", "pressure"),
     Field("gravity", "", "gripper.gravity"),
@@ -164,7 +163,7 @@ SHAPE: Final = (
     Field("positions", "", "state.positions"),
     Field("orientations", "", "state.orientations"),
 )  # fmt: skip
-COIL: Final = (
+COIL = (
     Field("turns", "free coil's turns", "wrap.turns", lambda solved: (
         f"{solved.wrap.turns:.3g}, required {solved.gripper.turns_required:.3g}"
     )),
@@ -176,7 +175,7 @@ COIL: Final = (
           "snaps", "Pa"),
     Field("stable", "", "wrap.state.stable"),
 )  # fmt: skip
-WRAP: Final = (
+WRAP = (
     Field("gripper", "", "gripper.name"),
     Field("object_radius", "object radius", "radius", "m"),
     Field("pressure", "tip criterion", "wrap.pressure", "Pa"),
@@ -193,13 +192,13 @@ WRAP: Final = (
           lambda solved: solved.regime and solved.regime.value),
     Field("line_force", "normal force per length there", "line_force", _line_force),
 )  # fmt: skip
-COVERED: Final = (
+COVERED = (
     Field("", "coil from, to", lambda solved: (solved.wrap.start, solved.wrap.end), "m"),
     Field("", "radii there", "wrap", lambda solved: (
         f"{shown(solved.wrap.radius_min, 'm')} to {shown(solved.wrap.radius_max, 'm')}"
     )),
 )  # fmt: skip
-PROFILE: Final = (
+PROFILE = (
     *COVERED,
     Field("", "tip criterion (of the thinnest place)", "wrap.pressure", "Pa"),
     Field("", "  it assumes", lambda _: ASSUMED, "{}"),

@@ -6,11 +6,10 @@ from __future__ import annotations
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Final
 
 import click
 
-ROS_SIDE: Final = ("rclpy", "spiral_gripper_msgs", "spiral_gripper_ros")
+ROS_SIDE = ("rclpy", "spiral_gripper_msgs", "spiral_gripper_ros")
 
 
 def load_ros_side(module: str) -> ModuleType:

@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Final
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.closing import (
@@ -287,7 +286,7 @@ def _seconds(time: float | None, within: float = 0.0, never: str = "not within t
     return f"{time:.{digits}f} s"
 
 
-CLOSE: Final = (
+CLOSE = (
     Field("gripper", "", "question.gripper.name"),
     Field("object_radius", "", "question.radius"),
     Field("rate", "", "question.rate"),

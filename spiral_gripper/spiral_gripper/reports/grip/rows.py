@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from typing import Final
 
 import numpy as np
 from rich.console import Console
@@ -312,7 +311,7 @@ def _spread_text(solved: SolvedGrip) -> str | None:
 
 
 # Parts of the tables of a grip and of a wrap.
-_CLOSED: Final = (
+_CLOSED = (
     Field("gripper", "", "grip.setup.gripper.name"),
     Field("object_radius", "object radius", "grip.setup.obstacle.shape.feature_radius", _radius),
     Field("friction", "friction coefficient", "grip.setup.obstacle.friction"),
@@ -328,13 +327,13 @@ _CLOSED: Final = (
     Field("loss", "lost at", "grip.window.loss", _lost),
     Field("end", "", "grip.window.end"),
 )  # fmt: skip
-_RECOMMENDED: Final = (
+_RECOMMENDED = (
     Field("recommended_range", "recommended range", "grip.recommended_range", lambda s: " to ".join(
         shown(end, "Pa") for end in s.grip.recommended_range) + f": {s.grip.range_end.value}"),
     Field("range_end", "", "grip.range_end"),
     Field("recommended_pressure", "recommended pressure", "recommended", _recommended),
 )  # fmt: skip
-_AT: Final = (
+_AT = (
     Field("", lambda s: f"at {shown(s.point.pressure, 'Pa')}", "point.regime", "{.value}"),
     Field("", "  in contact", "point",
           lambda s: f"{shown(s.point.contact_length, 'm')}, {s.point.turns:.3g} turns"),
@@ -343,14 +342,14 @@ _AT: Final = (
     Field("", "  pressure on the object", "point",
           lambda s: f"up to about {shown(s.point.contact_pressure, 'Pa')}"),
 )  # fmt: skip
-_PLACE: Final = (
+_PLACE = (
     Field("object_center", lambda s: (
         f"object's {'middle' if s.mark is None else shown(s.mark, 'm') + ' mark'} at (x, y, z)"
     ), "grip.setup.obstacle.position", "m"),
     Field("object_axis", "along", "grip.setup.axis", "({:.3f}, {:.3f}, {:.3f})"),
     Field("object_orientation", "", "grip.setup.obstacle.orientation"),
 )  # fmt: skip
-GRIP: Final = (
+GRIP = (
     *_CLOSED,
     Field("after_loss", "  after that", _after_loss, _remaining),
     Field("spread", lambda s: (
@@ -373,7 +372,7 @@ GRIP: Final = (
     *_PLACE,
 )  # fmt: skip
 # A wrap without the forces that it holds; ``pressure`` is that of the perfect wrap.
-WRAPPED: Final = (
+WRAPPED = (
     Field("gripped", "gripped", lambda _: True, lambda _: "yes"),
     *_CLOSED,
     *_RECOMMENDED,

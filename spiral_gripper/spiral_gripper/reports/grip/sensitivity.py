@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Final, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from rich.markup import escape
 from rich.table import Table
@@ -32,18 +32,18 @@ Figures: TypeAlias = dict[str, float | None]
 Side: TypeAlias = tuple[GripQuestion, float]
 
 # Figures are resolved to this fraction of themselves, if not better than their changes.
-RESOLUTIONS: Final[Mapping[str, float]] = {"loss": FRICTION_TOLERANCE}
+RESOLUTIONS: Mapping[str, float] = {"loss": FRICTION_TOLERANCE}
 # Changes: of a length, but no more than a fraction of it; of an angle; of the rest a fraction.
-LENGTH: Final = 1e-3
-THICKNESS: Final = 1e-4
-MOST_OF_IT: Final = 0.2
-ANGLE: Final = math.radians(1.0)
-FRACTION: Final = 0.1
-SMALL_FRACTION: Final = 0.01
-PRESSURE_FRACTION: Final = 0.05
+LENGTH = 1e-3
+THICKNESS = 1e-4
+MOST_OF_IT = 0.2
+ANGLE = math.radians(1.0)
+FRACTION = 0.1
+SMALL_FRACTION = 0.01
+PRESSURE_FRACTION = 0.05
 
 # Fields of a gripper's file: name in tables, change, and its unit or "%" of the value.
-_FIELDS: Final[Mapping[str, tuple[str, float, str]]] = {
+_FIELDS: Mapping[str, tuple[str, float, str]] = {
     "tube.wall_thickness": ("wall", THICKNESS, "m"),
     "tube.inner_radius": ("bore's radius", THICKNESS, "m"),
     "tube.length": ("tube's length", SMALL_FRACTION, "%"),
@@ -199,7 +199,7 @@ def grip_figures(question: GripQuestion, pressure: float) -> Figures:
     return {"onset_wrap": sharp_onset(window), "loss": window.loss, **held}
 
 
-GRIP: Final = Method(
+GRIP = Method(
     grip_figures,
     "holding_force_away",
     {
@@ -209,7 +209,7 @@ GRIP: Final = Method(
         "loss": ("lost at", "Pa"),
     },
 )
-METHODS: Final[Mapping[str, Method]] = {
+METHODS: Mapping[str, Method] = {
     "tip": Method(tip_figures, "pressure", {"pressure": ("tip criterion", "Pa")}),
     "wrap": Method(wrap_figures, "onset_wrap", {"onset_wrap": ("wrapped from", "Pa")}),
     "grip": GRIP,
