@@ -8,7 +8,6 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from spiral_core import (
     ActuationLimitError,
@@ -43,7 +42,12 @@ from spiral_gripper.files.fields import (
     noted,
     read_values,
 )
-from spiral_gripper.files.plausibility import warnings_of_description, warnings_of_pressure
+from spiral_gripper.files.plausibility import (
+    doubts_of_material,
+    doubts_of_pressure,
+    doubts_of_size,
+    placed,
+)
 
 # A thousand times the Earth's gravity [m/s^2]: far more than any arm's acceleration.
 GRAVITY_MAX = 1.0e4
@@ -142,7 +146,7 @@ def parse_description(text: str, source: Path) -> GripperDescription:
     document = read_document(text, str(source), FIELDS, REQUIRED)
     measured = any(name in document.entries for name in MEASURED)
     values = read_values(document, REQUIRED | MEASURED if measured else REQUIRED)
-    parts: dict[str, Any] = {}
+    parts: Values = {}
     for part, make in _PARTS.items():
         with noted(document):
             parts[part] = make(values)
@@ -169,14 +173,16 @@ def _check_range(name: str, values: Values) -> None:
 
 
 def _description(
-    values: Values, parts: dict[str, Any], document: Document, source: Path
+    values: Values, parts: Values, document: Document, source: Path
 ) -> GripperDescription:
     """Return the description, whose parts have been checked one by one."""
     actuator = _actuator(values, parts)
     density, pressure_max = values["material.density"], values["limits.pressure_max"]
     unlimited = _unlimited(values, actuator)
     actuation = unlimited.actuation
-    warnings = warnings_of_description(document, actuator, density)
+    size = doubts_of_size(actuator.tube.inner_radius, actuator.tube.wall_thickness)
+    doubts = ((f"tube.{name}", doubt) for name, doubt in size)
+    warnings = placed(document, (*doubts, *doubts_of_material(actuator.material, density)))
     if pressure_max > actuation.pressure_limit:
         requirement = Message(
             "at most {}, the actuator's own limit{}: {}",
@@ -185,7 +191,7 @@ def _description(
             actuation.limit.value,
         )
         raise InvalidInputError("pressure_max", pressure_max, requirement, "Pa")
-    warnings += warnings_of_pressure(document, actuator, pressure_max)
+    warnings += placed(document, doubts_of_pressure(actuator, pressure_max))
     return GripperDescription(
         source=source,
         description=values.get("description", ""),
@@ -245,7 +251,7 @@ def vary_gripper(description: GripperDescription, field: str, value: float) -> G
     return replace(gripper, pressure_max=limit)
 
 
-def _actuator(values: Values, parts: dict[str, Any]) -> Actuator:
+def _actuator(values: Values, parts: Values) -> Actuator:
     choices = _arguments(
         values, "fibers.straight_fiber_radius", "model.twist_shear", "model.thick_wall"
     )
@@ -307,7 +313,7 @@ def _fibers(values: Values) -> FiberAngles | OneFamily:
         raise InvalidInputError("alpha", alpha, error.requirement, error.unit) from None
 
 
-def _arguments(values: Values, *names: str) -> dict[str, Any]:
+def _arguments(values: Values, *names: str) -> Values:
     """Return the values that the file gives for some fields, by the core's argument names."""
     return {name.rpartition(".")[2]: values[name] for name in names if name in values}
 

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from spiral_core import Actuator, HyperelasticLaw
 from spiral_core.design.requirement import TubeSize
-from spiral_gripper.files.document import Document, Entry
+from spiral_gripper.files.document import Document
 
 # Bores from a hypodermic tube's to a fire hose's [m].
 BORES = (1.0e-4, 0.1)
@@ -23,54 +23,14 @@ THICK_WALL = 2.0
 HOOP_STRAIN = 5.0
 
 
-def warnings_of_description(
-    document: Document, actuator: Actuator, density: float
-) -> tuple[str, ...]:
-    """Return a line for each value that is most likely a mistake, with its place in the file.
-
-    Args:
-        document: the file's entries.
-        actuator: what they describe.
-        density: of the elastomer [kg/m^3].
-    """
-    tube = actuator.tube
-    named = [(f"tube.{k}", v) for k, v in _of_size(tube.inner_radius, tube.wall_thickness)]
-    return _placed(document, [*named, *_of_material(actuator.material, density)])
-
-
-def warnings_of_pressure(
-    document: Document, actuator: Actuator, pressure_max: float
-) -> tuple[str, ...]:
-    """Return a line for a pressure limit [Pa] far beyond what such a tube is used with."""
+def doubts_of_pressure(actuator: Actuator, pressure_max: float) -> Iterator[tuple[str, str]]:
+    """Yield the pressure limit [Pa], if it is far beyond what such a tube is used with, and why."""
     tube = actuator.tube
     stress = pressure_max * tube.inner_radius / tube.wall_thickness
     times = stress / actuator.material.small_strain_modulus
-    if times <= HOOP_STRAIN:
-        return ()
-    warning = f"stresses the wall alone with {times:.2g} times its Young's modulus; check its unit"
-    return _placed(document, [("limits.pressure_max", warning)])
-
-
-def warnings_of_tubing(
-    document: Document,
-    sizes: Sequence[tuple[Entry, TubeSize]],
-    law: HyperelasticLaw,
-    density: float,
-) -> tuple[str, ...]:
-    """Return the same for a tubing file.
-
-    Args:
-        document: the file's entries.
-        sizes: on offer, with their entries.
-        law: of the elastomer.
-        density: of the elastomer [kg/m^3].
-    """
-    found = (
-        f"{document.file}:{item.line}:{item.column}: {warning}"
-        for item, size in sizes
-        for warning in warnings_of_size(size)
-    )
-    return (*_placed(document, _of_material(law, density)), *found)
+    if times > HOOP_STRAIN:
+        warning = f"stresses the wall alone with {times:.2g} times its Young's modulus"
+        yield "limits.pressure_max", f"{warning}; check its unit"
 
 
 def warnings_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, ...]:
@@ -81,21 +41,21 @@ def warnings_of_size(size: TubeSize, thin_wall: float = math.inf) -> tuple[str, 
         thin_wall: ratio of wall to bore radius above which a wall counts as thick; a list may well
             offer such tubes, but a warning about the chosen one begins at :data:`THIN_WALL`.
     """
-    found = _of_size(size.inner_radius, size.wall_thickness, thin_wall)
+    found = doubts_of_size(size.inner_radius, size.wall_thickness, thin_wall)
     return tuple(f"{name} of {size.name} {warning}" for name, warning in found)
 
 
-def _placed(document: Document, warnings: Iterable[tuple[str, str]]) -> tuple[str, ...]:
-    """Return warnings about fields as lines with their place and what is written there."""
+def placed(document: Document, doubts: Iterable[tuple[str, str]]) -> tuple[str, ...]:
+    """Return doubts about fields as lines with their place and what is written there."""
     found = []
-    for name, warning in warnings:
+    for name, doubt in doubts:
         entry = document.entries.get(name)
         place, value = (entry, f" {entry.raw}") if entry else (document.sections[name], "")
-        found.append(f"{document.file}:{place.line}:{place.column}: {name}{value} {warning}")
+        found.append(f"{document.file}:{place.line}:{place.column}: {name}{value} {doubt}")
     return tuple(found)
 
 
-def _of_size(
+def doubts_of_size(
     inner_radius: float, wall_thickness: float, thin_wall: float = THIN_WALL
 ) -> Iterator[tuple[str, str]]:
     """Yield the implausible ones of a tube's dimensions [m], and why."""
@@ -110,7 +70,7 @@ def _of_size(
         yield "wall_thickness", f"is {ratio:.2g} of the bore radius: {thin}; {advice}"
 
 
-def _of_material(law: HyperelasticLaw, density: float) -> Iterator[tuple[str, str]]:
+def doubts_of_material(law: HyperelasticLaw, density: float) -> Iterator[tuple[str, str]]:
     """Yield the implausible properties of a material, and why."""
     modulus = law.small_strain_modulus
     if not MODULI[0] <= modulus <= MODULI[1]:

@@ -22,7 +22,7 @@ from spiral_gripper.files.fields import (
     noted,
     read_values,
 )
-from spiral_gripper.files.plausibility import warnings_of_tubing
+from spiral_gripper.files.plausibility import doubts_of_material, placed, warnings_of_size
 from spiral_gripper.files.units import Dimension, parse_quantity
 
 SIZE_REQUIREMENT = 'bore and wall with their units, such as "3/8 in x 1/32 in"'
@@ -104,7 +104,12 @@ def parse_tubing(text: str, source: Path) -> Tubing:
         elastomer = Elastomer(values["name"], law, density, pressure_law)
     document.raise_problems()
     offered = tuple(size for _, size in sizes)
-    warnings = warnings_of_tubing(document, sizes, elastomer.law, elastomer.density)
+    warnings = placed(document, doubts_of_material(law, density))
+    warnings += tuple(
+        f"{document.file}:{item.line}:{item.column}: {warning}"
+        for item, size in sizes
+        for warning in warnings_of_size(size)
+    )
     return Tubing(source, elastomer.name, offered, elastomer, warnings)
 
 
