@@ -89,7 +89,8 @@ class LoadedGripper:
     ) -> None:
         self.description, self.gripper = description, description.gripper
         self.gravity, self.grips = gravity, grips
-        self.planner: AnyPlanner = NoPlanner(gravity, StillLoadingError(self.gripper.name))
+        still_loading = StillLoadingError(f"{self.gripper.name} is being loaded")
+        self.planner: AnyPlanner = NoPlanner(gravity, still_loading)
         self.commanded, self.measured = FollowedShape(step=0.0), FollowedShape(step=MEASURED_STEP)
         self._pool = pool
         self._job: Future[AnyPlanner] | None = None
@@ -133,7 +134,8 @@ class LoadedGripper:
         try:
             self.planner = job.result()
         except Exception as error:
-            self.planner = NoPlanner(self.gravity, PlannerFailedError(error))
+            why = f"no planner could be made: {type(error).__name__}: {error}"
+            self.planner = NoPlanner(self.gravity, PlannerFailedError(why))
             raise
         if self.planner.gravity != self.gravity:
             self.refresh()

@@ -19,25 +19,11 @@ from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
 
 
 class StillLoadingError(SpiralError):
-    """The gripper's range is being solved.
-
-    Args:
-        name: of the gripper.
-    """
-
-    def __init__(self, name: str) -> None:
-        super().__init__(f"{name} is being loaded")
+    """The gripper's range is being solved."""
 
 
 class PlannerFailedError(SpiralError):
-    """A planner could not be made because of an error in the program.
-
-    Args:
-        cause: that error.
-    """
-
-    def __init__(self, cause: Exception) -> None:
-        super().__init__(f"no planner could be made: {type(cause).__name__}: {cause}")
+    """A planner could not be made because of an error in the program."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -101,13 +101,13 @@ class RegulatorAdapter:
             self._device.exchange(self._command_scale.to_device(0.0))
         except LinkError as error:
             self.link_errors += 1
-            self.problem = error.problem
+            self.problem = str(error)
             return False
         return True
 
     def _note_error(self, now: float, error: LinkError) -> None:
         self.link_errors += 1
         if self._answered is None:
-            self.problem = error.problem
+            self.problem = str(error)
         elif not now - self._answered < self._link_timeout:
-            self.link, self.problem = Link.LOST, error.problem
+            self.link, self.problem = Link.LOST, str(error)

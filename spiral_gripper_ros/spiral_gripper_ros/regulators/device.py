@@ -10,15 +10,7 @@ from spiral_core.errors import SpiralError
 
 
 class LinkError(SpiralError):
-    """A device was not reached, or has not answered in its form.
-
-    Attributes:
-        problem: what is wrong, with the device's address.
-    """
-
-    def __init__(self, problem: str) -> None:
-        super().__init__(problem)
-        self.problem = problem
+    """A device was not reached, or has not answered in its form; says what is wrong, and where."""
 
 
 @dataclass(frozen=True, slots=True)
