@@ -25,7 +25,7 @@ from spiral_gripper_ros.messages.conversions import (
     status_to_msg,
     wrap_to_msg,
 )
-from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, diagnostics_to_msg
+from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
 
@@ -159,9 +159,8 @@ def test_a_wrap_that_is_pressed_by_overpressure_is_shown_as_perfect(planner, loa
 
 
 def diagnosed(state, clock_stands_still=False, **fields):
-    health = {"internal_errors": 3, "clock_stands_still": clock_stands_still}
-    told = (snapshot(state, **fields), Header().stamp)
-    return diagnostics_to_msg("/node", "id", *told, **health).status[0]
+    health = Health("/node", "id", 3, clock_stands_still)
+    return diagnostics_to_msg(health, snapshot(state, **fields), Header().stamp).status[0]
 
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -26,37 +27,47 @@ _LEVELS = {
 CLOCK_STANDS_STILL = "the simulated clock stands still: the command is frozen"
 
 
-def diagnostics_to_msg(
-    name: str,
-    hardware_id: str,
-    snapshot: Snapshot,
-    stamp: Any,  # noqa: ANN401
-    *,
-    internal_errors: int,
-    clock_stands_still: bool = False,
-    commanders: int = 1,
-    object_problem: str = "",
-    object_poses_refused: int = 0,
-) -> DiagnosticArray:
-    """Return the diagnostics of one gripper.
+@dataclass(frozen=True, slots=True)
+class Health:
+    """The state of the node, other than its commands.
 
     Args:
         name: full name of the node.
         hardware_id: name of the gripper; "" before one is loaded.
-        snapshot: what is commanded, and why.
-        stamp: time of the message.
         internal_errors: exceptions caught since the node started.
         clock_stands_still: the node is active but its simulated clock has stopped.
         commanders: nodes that publish pressure_command, this one included.
         object_problem: why the newest object_pose is not used; empty: nothing is wrong with it.
         object_poses_refused: since activation.
     """
+
+    name: str
+    hardware_id: str
+    internal_errors: int
+    clock_stands_still: bool = False
+    commanders: int = 1
+    object_problem: str = ""
+    object_poses_refused: int = 0
+
+
+def diagnostics_to_msg(
+    health: Health,
+    snapshot: Snapshot,
+    stamp: Any,  # noqa: ANN401
+) -> DiagnosticArray:
+    """Return the diagnostics of one gripper.
+
+    Args:
+        health: what is known of the node.
+        snapshot: what is commanded, and why.
+        stamp: time of the message.
+    """
     fault, measured = snapshot.pressure_fault, snapshot.measured
-    warnings = [snapshot.gravity_fault.text, object_problem]
-    if clock_stands_still:
+    warnings = [snapshot.gravity_fault.text, health.object_problem]
+    if health.clock_stands_still:
         warnings.append(CLOCK_STANDS_STILL)
-    if commanders > 1:
-        warnings.append(f"{commanders} nodes publish pressure_command")
+    if health.commanders > 1:
+        warnings.append(f"{health.commanders} nodes publish pressure_command")
     # The worst of what there is to tell; the levels are single bytes, in order.
     levels: list[bytes] = [_LEVELS[snapshot.state]]
     if fault.reason is not Reason.NONE:
@@ -76,16 +87,18 @@ def diagnostics_to_msg(
         "measured_pressure [Pa]": snapshot.measured_pressure,
         "measured_pressure age [s]": None if measured is None else measured.age,
         "gravity age [s]": snapshot.gravity_age,
-        "pressure_command publishers": commanders,
+        "pressure_command publishers": health.commanders,
         "pressure fault": fault.reason.name,
         "radii accepted": snapshot.accepted,
-        "object poses refused": object_poses_refused,
-        "internal errors": internal_errors,
+        "object poses refused": health.object_poses_refused,
+        "internal errors": health.internal_errors,
     }
     for reason in Reason:
         if snapshot.refused[reason]:
             values[f"refused: {reason.name}"] = snapshot.refused[reason]
-    return diagnostic_message(f"{name}: grip", hardware_id, (max(levels), text), values, stamp)
+    return diagnostic_message(
+        f"{health.name}: grip", health.hardware_id, (max(levels), text), values, stamp
+    )
 
 
 def diagnostic_message(
