@@ -15,9 +15,8 @@ from spiral_gripper_ros.planning.grip_solution import solve_figures
 from spiral_gripper_ros.planning.grip_table import (
     MOST_REFINED,
     TOLERANCE,
+    Blend,
     RefiningTable,
-    blended_answer,
-    blended_window,
     table_radii,
 )
 
@@ -59,7 +58,7 @@ def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
 
 def blend(radius, pressure, low, high, tip=4.0e4):
     grips = [replace(low, computed_at=3.0), replace(high, computed_at=5.0)]
-    return blended_answer([0.01, 0.03], grips, radius, tip, pressure)
+    return Blend([0.01, 0.03], grips, radius, tip).answer(pressure)
 
 
 def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
@@ -70,7 +69,7 @@ def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
     # Good grips between two radii end between theirs, here at 1.2 and 1.1 of the tip criterion's.
     grips = [figures(), figures(tip=3.0e4, curling=3.3e4)]
     grips = [replace(g, highest_good=0.99 * g.highest_good) for g in grips]
-    _, good, _ = blended_window([0.01, 0.03], grips, 0.02, 4.0e4)
+    _, good, _ = Blend([0.01, 0.03], grips, 0.02, 4.0e4).window
     assert good == pytest.approx(0.99 * 4.0e4 * 0.5 * (1.2 + 1.1))
     # Where only one neighbor loses the grip, that one counts.
     lost = blend(0.011, 4.85e4, figures(loss=None), figures(loss=6.0e4))

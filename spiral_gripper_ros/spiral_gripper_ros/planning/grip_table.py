@@ -65,21 +65,24 @@ class RefiningTable:
         return table
 
     def answer(self, radius: float, tip_pressure: float, pressure: float) -> GripAnswer | None:
-        """Return the grip on a radius where it is known within ``TOLERANCE``.
+        """Return the grip on a radius at a pressure where it is known within ``TOLERANCE``.
 
-        The arguments are those of :func:`blended_answer`.
+        Args:
+            radius: of the object [m].
+            tip_pressure: of its wrap by the tip criterion [Pa].
+            pressure: gauge [Pa].
         """
         pair = self._around(radius)
         if pair is None or self._error(pair) > TOLERANCE or not self._known(pair):
             return None
-        return blended_answer(pair, self._known(pair), radius, tip_pressure, pressure)
+        return Blend(pair, self._known(pair), radius, tip_pressure).answer(pressure)
 
     def window(self, radius: float, tip_pressure: float) -> tuple[float, float, float] | None:
-        """Return :func:`blended_window`, or None where it is not known."""
+        """Return :attr:`Blend.window` of a radius [m], or None where it is not known."""
         pair = self._around(radius)
         if pair is None or not self._known(pair):
             return None
-        return blended_window(pair, self._known(pair), radius, tip_pressure)
+        return Blend(pair, self._known(pair), radius, tip_pressure).window
 
     def _around(self, radius: float) -> _Pair | None:
         """Return the two solved radii around one [m], or None if it is outside of them."""
@@ -105,7 +108,7 @@ class RefiningTable:
         for multiple in COMPARED_AT:
             pressure = min(multiple * grip.onset_wrap, grip.top)
             exact = grip.answer(pressure, at_pose=False)
-            blend = blended_answer(pair, known, radius, grip.tip_pressure, pressure)
+            blend = Blend(pair, known, radius, grip.tip_pressure).answer(pressure)
             for name in FORCES[1:]:
                 force = getattr(exact, name)
                 scale = max(force, NEGLIGIBLE * exact.normal_force)
@@ -114,10 +117,8 @@ class RefiningTable:
         return largest
 
 
-def blended_answer(
-    radii: _Pair, grips: Sequence[GripFigures], radius: float, tip: float, pressure: float
-) -> GripAnswer:
-    """Return the grip on a radius between two that are solved.
+class Blend:
+    """The grip on a radius between two that are solved.
 
     Pressures are compared as multiples of the pressure of each radius's wrap by the tip criterion,
     which takes most of the difference out; what is left is linear in the radius. Where only one of
@@ -128,38 +129,51 @@ def blended_answer(
         grips: on them.
         radius: between them [m].
         tip: its own pressure by the tip criterion [Pa].
-        pressure: asked for [Pa].
     """
-    low, high = _weights(radii, radius)
-    onset, _, loss = blended_window(radii, grips, radius, tip)
-    curling = _blended(radii, grips, radius, tip, "onset_curling")
-    forces = {}
-    if pressure < loss:
-        first, second = (grip.forces(pressure / (tip / grip.tip_pressure)) for grip in grips)
-        forces = {name: low * first[name] + high * second[name] for name in first}
-    return GripAnswer(
-        at_pose=False,
-        computed_at=min(grip.computed_at for grip in grips),
-        friction=grips[0].friction,
-        onset_wrap=onset,
-        onset_curling=curling,
-        loss=loss,
-        regime=regime_at(pressure, onset, curling, loss),
-        **forces,
-    )
 
+    def __init__(
+        self, radii: Sequence[float], grips: Sequence[GripFigures], radius: float, tip: float
+    ) -> None:
+        part = (radius - radii[0]) / (radii[1] - radii[0])
+        self._weights, self._grips = (1.0 - part, part), grips
+        self._scales = [tip / grip.tip_pressure for grip in grips]
 
-def blended_window(
-    radii: _Pair, grips: Sequence[GripFigures], radius: float, tip: float
-) -> tuple[float, float, float]:
-    """Return where good grips begin and end, and where the grip is lost [Pa]; inf: nowhere.
+    @property
+    def window(self) -> tuple[float, float, float]:
+        """Where good grips begin and end, and where the grip is lost [Pa]; inf: nowhere."""
+        return self._end("onset_wrap"), self._end("highest_good"), self._end("loss")
 
-    The arguments are those of :func:`blended_answer`.
-    """
-    onset, good, loss = (
-        _blended(radii, grips, radius, tip, name) for name in ("onset_wrap", "highest_good", "loss")
-    )
-    return onset, good, loss
+    def answer(self, pressure: float) -> GripAnswer:
+        """Return the grip at a pressure [Pa]."""
+        onset, _, loss = self.window
+        curling, forces = self._end("onset_curling"), {}
+        if pressure < loss:
+            low, high = (
+                grip.forces(pressure / scale)
+                for grip, scale in zip(self._grips, self._scales, strict=True)
+            )
+            forces = {name: self._mean(low[name], high[name]) for name in low}
+        return GripAnswer(
+            at_pose=False,
+            computed_at=min(grip.computed_at for grip in self._grips),
+            friction=self._grips[0].friction,
+            onset_wrap=onset,
+            onset_curling=curling,
+            loss=loss,
+            regime=regime_at(pressure, onset, curling, loss),
+            **forces,
+        )
+
+    def _end(self, name: str) -> float:
+        """Return one of the pressures at which a grip changes [Pa]."""
+        low, high = (
+            scale * float(getattr(grip, name))
+            for grip, scale in zip(self._grips, self._scales, strict=True)
+        )
+        return min(low, high) if math.isinf(low) or math.isinf(high) else self._mean(low, high)
+
+    def _mean(self, low: float, high: float) -> float:
+        return self._weights[0] * low + self._weights[1] * high
 
 
 def table_radii(smallest: float, largest: float, count: int) -> tuple[float, ...]:
@@ -170,19 +184,3 @@ def table_radii(smallest: float, largest: float, count: int) -> tuple[float, ...
         [0.01, 0.02, 0.04]
     """
     return tuple(float(radius) for radius in np.geomspace(smallest, largest, count))
-
-
-def _weights(radii: _Pair, radius: float) -> tuple[float, float]:
-    part = (radius - radii[0]) / (radii[1] - radii[0])
-    return 1.0 - part, part
-
-
-def _blended(
-    radii: _Pair, grips: Sequence[GripFigures], radius: float, tip: float, name: str
-) -> float:
-    """Return one of the pressures at which a grip changes [Pa]."""
-    low, high = (tip / grip.tip_pressure * float(getattr(grip, name)) for grip in grips)
-    if math.isinf(low) or math.isinf(high):
-        return min(low, high)
-    first, second = _weights(radii, radius)
-    return first * low + second * high
