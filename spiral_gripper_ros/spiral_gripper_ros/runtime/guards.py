@@ -9,28 +9,18 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from spiral_core.errors import SpiralError
-from spiral_gripper_ros.process.guards import CallbackT, ErrorLog, guarded
-
-
-class Guarded(Protocol):
-    """The part of a runtime that the guards use."""
-
-    errors: ErrorLog
-
-    def fail(self, text: str) -> None:
-        """Vent, and remember why."""
-        ...
-
+from spiral_gripper_ros.process.guards import CallbackT, guarded
+from spiral_gripper_ros.runtime.runtime import Runtime
 
 TransitionT = TypeVar("TransitionT", bound=Callable[..., TransitionCallbackReturn])
 
 
-def vent_on_error(runtime: Guarded, callback: CallbackT) -> CallbackT:
+def vent_on_error(runtime: Runtime, callback: CallbackT) -> CallbackT:
     """Return a callback of the control loop that logs and vents instead of raising."""
     return guarded(callback, functools.partial(report, runtime))
 
@@ -57,7 +47,7 @@ def guarded_transition(callback: TransitionT) -> TransitionT:
     return cast("TransitionT", call)
 
 
-def report(runtime: Guarded, where: str, error: Exception) -> str:
+def report(runtime: Runtime, where: str, error: Exception) -> str:
     """Log an exception with its traceback, vent, and return why."""
     runtime.errors.note(where, error)
     text = f"internal error in {where}: {type(error).__name__}: {error}"
