@@ -179,12 +179,9 @@ def smallest_pivot_and_inverse(m: Mat) -> tuple[float, Mat]:
 @inlined
 def quaternion_product(a: Quat, b: Quat) -> Quat:
     """Return the product a b of scalar-last quaternions."""
-    return (
-        a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-        a[3] * b[1] + a[1] * b[3] + a[2] * b[0] - a[0] * b[2],
-        a[3] * b[2] + a[2] * b[3] + a[0] * b[1] - a[1] * b[0],
-        a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
-    )
+    u, v = (a[0], a[1], a[2]), (b[0], b[1], b[2])
+    x, y, z = add(add(scale(a[3], v), scale(b[3], u)), cross(u, v))
+    return (x, y, z, a[3] * b[3] - dot(u, v))
 
 
 @inlined

@@ -78,6 +78,22 @@ class Section(NamedTuple):
     rest_slope: Vec
 
 
+class Turn(NamedTuple):
+    """An element's turn, and how its strain u follows: u = c f x, du/dx = c f + s x x^T.
+
+    Attributes:
+        x: Im(conj(q0) q1).
+        w: Re(conj(q0) q1).
+        stretch: c f [1/m].
+        bend: s w / 2 [1/m].
+    """
+
+    x: Vec
+    w: float
+    stretch: float
+    bend: float
+
+
 class Elements(NamedTuple):
     """The sections of N elements.
 
@@ -215,13 +231,14 @@ def turned_load(n: Mat, a: Vec) -> Mat:
 
 
 @inlined
-def pushed_back(m: Mat, x: Vec, w: float, cf: float, bend: float, sign: float) -> Mat:
+def pushed_back(m: Mat, turn: Turn, sign: float) -> Mat:
     """Return U^T m, with U = c f (sign w + [x]) / 2 + sign bend x x^T.
 
     U is du/deta of node 1 (``sign`` = 1) or node 0 (-1).
     """
-    flat = matscale(0.5 * cf, matsubtract(matscale(sign * w, m), skew_matmul(x, m)))
-    return matadd(flat, outer(scale(sign * bend, x), matvec_t(m, x)))
+    x, w, stretch, bend = turn
+    flat = matsubtract(matscale(sign * w, m), skew_matmul(x, m))
+    return matadd(matscale(0.5 * stretch, flat), outer(scale(sign * bend, x), matvec_t(m, x)))
 
 
 @inlined
@@ -242,8 +259,8 @@ def load_pair(y: float, z: float, a: Vec, b: Vec) -> Mat:
 
 
 @inlined
-def frame_derivatives(x: Vec, w_u: Vec, w_uu: Mat, h: float) -> tuple[Vec, Mat, float, float]:
-    """Return dW/dx, d2W/dx2, and c f and s of du/dx = c f I + s x x^T, with u(x) = c f x."""
+def frame_derivatives(x: Vec, w: float, w_u: Vec, w_uu: Mat, h: float) -> tuple[Vec, Mat, Turn]:
+    """Return dW/dx, d2W/dx2, and the element's turn."""
     f, f1, f2 = strain_factor(dot(x, x))
     c = 2.0 / h
     cf = c * f
@@ -255,31 +272,28 @@ def frame_derivatives(x: Vec, w_u: Vec, w_uu: Mat, h: float) -> tuple[Vec, Mat, 
         scale(s, add(scale(cf, v), w_u)), scale(0.5 * s * s * dot(x, v) + 2.0 * c * f2 * along, x)
     )
     flat = matadd(matscale(cf * cf, w_uu), diagonal(s * along, s * along, s * along))
-    h_x = matadd(flat, with_transpose(outer(x, z)))
-    return g_x, h_x, cf, s
+    return g_x, matadd(flat, with_transpose(outer(x, z))), Turn(x, w, cf, 0.5 * s * w)
 
 
 @inlined
-def rotation_derivatives(x: Vec, w: float, g_x: Vec, h_x: Mat) -> tuple[Vec, Vec, Mat, Mat, Mat]:
+def rotation_derivatives(turn: Turn, g_x: Vec, h_x: Mat) -> tuple[Vec, Vec, Mat, Mat, Mat]:
     """Return g0, g1, H00, H01, H11 of a function of x by the rotations eta of both nodes.
 
     ``g_x`` and ``h_x`` are its derivatives by x, and dx/deta_1 = A1 = (w + [x]) / 2, A0 = -A1^T.
     """
-    h_skew = matmul_skew(h_x, x)
-    p1 = matscale(0.5, matadd(matscale(w, h_x), h_skew))
-    p0 = matscale(0.5, matsubtract(matscale(w, h_x), h_skew))
-    skew_p1 = skew_matmul(x, p1)
+    x, w = turn.x, turn.w
+    h_w, h_skew = matscale(0.5 * w, h_x), matscale(0.5, matmul_skew(h_x, x))
+    p0, p1 = matsubtract(h_w, h_skew), matadd(h_w, h_skew)
+    p1_w, p1_skew = matscale(0.5 * w, p1), matscale(0.5, skew_matmul(x, p1))
     # Second derivatives of x itself.
     bow = -0.25 * dot(g_x, x)
     bowed = diagonal(bow, bow, bow)
     twist = matscale(0.25, matadd(matscale(w, skew(g_x)), with_transpose(outer(g_x, x))))
     h00 = matadd(matscale(0.5, matadd(matscale(w, p0), skew_matmul(x, p0))), bowed)
-    h11 = matadd(matscale(0.5, matsubtract(matscale(w, p1), skew_p1)), bowed)
-    h01 = matadd(matadd(matscale(-0.5, matadd(matscale(w, p1), skew_p1)), bowed), twist)
-    turned = cross(x, g_x)
-    g0 = scale(-0.5, add(scale(w, g_x), turned))
-    g1 = scale(0.5, subtract(scale(w, g_x), turned))
-    return g0, g1, h00, h01, h11
+    h11 = matadd(matsubtract(p1_w, p1_skew), bowed)
+    h01 = matsubtract(matadd(bowed, twist), matadd(p1_w, p1_skew))
+    turned, along = scale(0.5, cross(x, g_x)), scale(0.5 * w, g_x)
+    return scale(-1.0, add(along, turned)), subtract(along, turned), h00, h01, h11
 
 
 @inlined
@@ -302,16 +316,15 @@ def element_derivatives(
 ) -> tuple[Vec, Vec, Mat, Mat, Mat]:
     """Return gradient and Hessian of W for rotations eta of both nodes: g0, g1, H00, H01, H11."""
     w_u, w_uu, jc, y = strain_derivatives(u, a0, a1, section, h)
-    g_x, h_x, cf, s = frame_derivatives(x, w_u, w_uu, h)
+    g_x, h_x, turn = frame_derivatives(x, w, w_u, w_uu, h)
     q0, q1, load0, load1 = load_derivatives(u, y, jc, a0, a1, h)
-    t0, t1, x00, x01, x11 = rotation_derivatives(x, w, g_x, h_x)
+    t0, t1, x00, x01, x11 = rotation_derivatives(turn, g_x, h_x)
     soft, quarter = compliance_of(section.stiffness), 0.25 * h * h * h / 12.0
     ky, kz = quarter * soft.y, quarter * soft.z
-    bend = 0.5 * s * w
-    both0 = with_transpose(pushed_back(load0, x, w, cf, bend, -1.0))
-    both1 = with_transpose(pushed_back(load1, x, w, cf, bend, 1.0))
-    cross01 = pushed_back(load1, x, w, cf, bend, -1.0)
-    cross10 = transpose(pushed_back(load0, x, w, cf, bend, 1.0))
+    both0 = with_transpose(pushed_back(load0, turn, -1.0))
+    both1 = with_transpose(pushed_back(load1, turn, 1.0))
+    cross01 = pushed_back(load1, turn, -1.0)
+    cross10 = transpose(pushed_back(load0, turn, 1.0))
     turned0 = matadd(rotated_load_hessian(q0, a0), load_pair(ky, kz, a0, a0))
     turned1 = matadd(rotated_load_hessian(q1, a1), load_pair(ky, kz, a1, a1))
     h00 = matadd(x00, matadd(turned0, both0))

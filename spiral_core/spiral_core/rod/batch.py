@@ -16,8 +16,7 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod._continuation import SolvedRod, solve_uniform
 from spiral_core.rod._mesh import path_count
 from spiral_core.rod._profiles import UniformRod
-from spiral_core.rod.solve import STATUSES
-from spiral_core.rod.state import RodStatus
+from spiral_core.rod.state import STATUSES, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, ZERO, Array
 
 IntArray: TypeAlias = NDArray[np.int64]

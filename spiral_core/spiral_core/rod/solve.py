@@ -40,20 +40,9 @@ from spiral_core.rod._profiles import (
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import Clamped, End, Free, PointLoad, RodProblem
 from spiral_core.rod.contact.solve import solve_contact
-from spiral_core.rod.state import RodElement, RodState, RodStatus
+from spiral_core.rod.state import STATUSES, RodElement, RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad
 
-# In the order of the kernels' outcomes.
-STATUSES = (
-    RodStatus.CONVERGED,
-    RodStatus.ITERATION_LIMIT,
-    RodStatus.LINE_SEARCH_FAILED,
-    RodStatus.NOT_FINITE,
-    RodStatus.UNSTABLE,
-    RodStatus.LEFT_BRANCH,
-    RodStatus.FOLD_LIMIT,
-    RodStatus.UNRESOLVED,
-)
 # A scheme of fourth order: halving the elements multiplies the error by 16.
 RICHARDSON = 15.0
 # With few elements, or properties with kinks, nothing is known but that the error is of second
@@ -194,40 +183,31 @@ def checked_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
 
 def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: object) -> RodState:
     """Return the state reached from ``start`` or, without one, along the loading path."""
-    if start is not None:
-        return _solved_from(rod, load, counts, start)
     if varies(rod, load):
-        few = path_counts(rod, counts)
         system = discretize(rod, load, counts)
-        q = np.empty((len(system.steps) + 1, 4))
-        solved = solve_system(q, discretize(rod, load, few), system, False)
-        return state_from_solved(arc_lengths_of(system.steps), q, solved)
-    uniform = uniform_rod(rod, load)
-    turn = uniform.length * math.hypot(*uniform.rest_strain)
-    stiffer = uniform.torsional / uniform.bending
-    if uniform.coupling != 0.0 or uniform.sideways != uniform.bending:
-        softest, farthest = principal_stiffnesses(*stiffness_samples(rod, np.zeros(1)).T)
-        stiffer = float((farthest / softest)[0])
-    few_elements = path_count(counts[0], turn, stiffer)
-    q = np.empty((counts[0] + 1, 4))
-    solved = solve_uniform(q, uniform, few_elements)
-    return state_from_solved(even_arc_lengths(rod.length, counts[0]), q, solved)
+        arcs = arc_lengths_of(system.steps)
+        coarse = system if start is not None else discretize(rod, load, path_counts(rod, counts))
+        q = _first_orientations(start, arcs)
+        return state_from_solved(arcs, q, solve_system(q, coarse, system, start is not None))
+    uniform, few_elements = uniform_rod(rod, load), 0
+    arcs = even_arc_lengths(rod.length, counts[0])
+    q = _first_orientations(start, arcs)
+    if start is None:
+        turn = uniform.length * math.hypot(*uniform.rest_strain)
+        stiffer = uniform.torsional / uniform.bending
+        if uniform.coupling != 0.0 or uniform.sideways != uniform.bending:
+            softest, farthest = principal_stiffnesses(*stiffness_samples(rod, np.zeros(1)).T)
+            stiffer = float((farthest / softest)[0])
+        few_elements = path_count(counts[0], turn, stiffer)
+    return state_from_solved(arcs, q, solve_uniform(q, uniform, few_elements))
 
 
-def _solved_from(rod: Rod, load: RodLoad, counts: Counts, start: object) -> RodState:
-    """Return the state that ``start`` settles into."""
+def _first_orientations(start: object, arcs: Array) -> Array:
+    """Return a start's orientations at the arc lengths (n,), or without one room for (n, 4)."""
+    if start is None:
+        return np.empty((len(arcs), 4))
     q, before = checked_start(start)
-    count = sum(counts)
-    if not varies(rod, load):
-        arcs = even_arc_lengths(rod.length, count)
-        if len(q) != count + 1 or before is not arcs:
-            q = _resampled(q, before, arcs)
-        solved = solve_uniform(q, uniform_rod(rod, load), 0)
-        return state_from_solved(arcs, q, solved)
-    system = discretize(rod, load, counts)
-    arcs = arc_lengths_of(system.steps)
-    q = _resampled(q, before, arcs)
-    return state_from_solved(arcs, q, solve_system(q, system, system, True))
+    return q if before is arcs else _resampled(q, before, arcs)
 
 
 def checked_start(start: object) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod._algebra import matrices
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._continuation import Point
 from spiral_core.rod.contact._mesh import node_lengths
@@ -59,6 +60,10 @@ class RodStatus(Enum):
         "the start, or an end as it is held, lies inside of an obstacle; begin where the rod is "
         "clear of it, give a start, or hold the end outside"
     )
+
+
+# In the order of the kernels' outcomes.
+STATUSES = tuple(RodStatus)
 
 
 class RodElement(Enum):
@@ -198,10 +203,8 @@ class RodState:
     @property
     def tangents(self) -> Array:
         """Unit vectors along the rod's sections (n, 3), base frame."""
-        x, y, z, w = self.orientations.T
-        return np.column_stack(
-            (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + z * w), 2.0 * (x * z - y * w))
-        )
+        tangents: Array = matrices(self.orientations)[:, :, 0]
+        return tangents
 
     @property
     def node_lengths(self) -> Array:

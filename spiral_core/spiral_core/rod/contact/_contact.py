@@ -16,7 +16,6 @@ normal N, normal force lambda and slip s of the contact point from its anchor:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -139,24 +138,6 @@ class Anchors(NamedTuple):
     points: Array
     arms: Array
     lever: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reach:
-    """How far nodes may go from where they were before an iteration is given up.
-
-    Args:
-        origin: (N + 1, 3) where they were [m].
-        limits: (N + 1,) [m].
-    """
-
-    origin: Array
-    limits: Array
-
-    def left(self, positions: Array) -> bool:
-        """Return whether a node is beyond its limit."""
-        moves = np.sum((positions - self.origin) ** 2, axis=1)
-        return bool(np.any(moves > self.limits**2))
 
 
 class Law(NamedTuple):
@@ -315,23 +296,22 @@ def friction_terms(
         moved_turn = matmul(plane, matscale(-1.0, matmul_skew(turn, arm)))
         moved = matmul(plane, matsubtract(plane, matscale(outward, bend)))
     grip_turn, grip_move = matmul(grip, moved_turn), matmul(grip, moved)
+    goal, by_move = target, grip_move
+    if law.coupled:  # what the step changes in the normal force
+        excess, stiffness = mu * touch.excess[e], mu * touch.stiffness[e]
+        goal = subtract(target, scale(excess, heading))
+        by_move = matsubtract(grip_move, matscale(stiffness, outer(heading, normal)))
     gradient, drive, tangent = at.gradient[e], at.drive[e], at.tangent[e]
     couple = matvec_t(pushed_turn, tau)
     add_vector(gradient, 0, couple)
     add_vector(gradient, 3, matvec(pushed, tau))
-    add_vector(drive, 0, matvec_t(pushed_turn, target))
-    add_vector(drive, 3, matvec(pushed, target))
+    add_vector(drive, 0, matvec_t(pushed_turn, goal))
+    add_vector(drive, 3, matvec(pushed, goal))
     add_matrix(tangent, 0, 0, matmul_t(pushed_turn, grip_turn))
-    add_matrix(tangent, 0, 3, matmul_t(pushed_turn, grip_move))
+    add_matrix(tangent, 0, 3, matmul_t(pushed_turn, by_move))
     add_matrix(tangent, 3, 0, matmul(pushed, grip_turn))
-    add_matrix(tangent, 3, 3, matmul(pushed, grip_move))
-    if law.coupled:
-        pull_turn, pull = matvec_t(pushed_turn, heading), matvec(pushed, heading)
-        add_vector(drive, 0, scale(-touch.excess[e] * mu, pull_turn))
-        add_vector(drive, 3, scale(-touch.excess[e] * mu, pull))
-        add_matrix(tangent, 0, 3, matscale(-touch.stiffness[e] * mu, outer(pull_turn, normal)))
-        add_matrix(tangent, 3, 3, matscale(-touch.stiffness[e] * mu, outer(pull, normal)))
-        # What turning the rod, and the normal, does to friction and its couple.
+    add_matrix(tangent, 3, 3, matmul(pushed, by_move))
+    if law.coupled:  # what turning the rod, and the normal, does to friction and its couple
         add_matrix(tangent, 0, 0, matscale(0.5, skew(couple)))
         add_matrix(tangent, 0, 3, matscale(lever, matmul_t(turn, skew_matmul(tau, bend))))
         add_matrix(tangent, 3, 3, matscale(-1.0, outer(normal, matvec(bend, tau))))
@@ -480,7 +460,7 @@ def carried(
 
 
 class Contact:
-    """One obstacle's terms at an iterate."""
+    """One obstacle's gaps at an iterate, and what its laws give there."""
 
     def __init__(
         self,
@@ -489,18 +469,11 @@ class Contact:
         obstacle: Obstacle,
         radius: float,
         touchable: NDArray[np.bool_],
-        anchors: Anchors,
     ) -> None:
-        self.x, self.j, self.anchors, self.touchable = x, j, anchors, touchable
-        self.gap, self.normal, self.bend = distances(obstacle, x.p, radius)
-        self.rubs = obstacle.friction > 0.0
-        self.surface = Surface(j, obstacle.friction, touchable, self.gap, self.normal, self.bend)
+        self.j, self.touchable, self.rubs = j, touchable, obstacle.friction > 0.0
+        self.gap, self.normal, bend = distances(obstacle, x.p, radius)
+        self.surface = Surface(j, obstacle.friction, touchable, self.gap, self.normal, bend)
         self.touch = no_touch(len(x.p))
-
-    def add(self, law: Law, nodal: Nodal) -> None:
-        """Add to the gradient, to what drives the step, and to the Hessian."""
-        self.law = law
-        contact_terms(law, self.surface, self.x, self.anchors, self.touch, nodal)
 
     @property
     def active(self) -> NDArray[np.bool_]:
@@ -517,18 +490,3 @@ class Contact:
     def slip(self) -> Array:
         """Slip of the contact points since the increment began (N + 1, 3) [m]."""
         return self.touch.slip
-
-    def fractions(self, step: Array) -> tuple[float, float]:
-        """Take a Newton step (N + 1, 6) and return how much of it slacks and forces allow."""
-        return contact_step(self.law, self.surface, self.x, self.touch, step)
-
-    def update(self, step: Array, primal: float, dual: float) -> None:
-        """Write the contact's part of the step into the iterate."""
-        take_step(self.law, self.surface, self.x, self.touch, step, primal, dual)
-
-    def residual(self, length: float, force: float, pair: float) -> float:
-        """Return how far the contact's laws are from holding, as a fraction of length and force.
-
-        ``pair`` is the product of a slack and a force that counts as one [N m].
-        """
-        return contact_residual(self.law, self.surface, self.x, self.touch, length, force, pair)

@@ -30,15 +30,10 @@ from spiral_core.rod._algebra import (
     turned,
     vector_at,
 )
-from spiral_core.rod.contact._contact import Anchors, Iterate, Reach, carried, empty
+from spiral_core.rod._newton import CONVERGED, UNSTABLE
+from spiral_core.rod.contact._contact import Anchors, Iterate, carried, empty
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
-from spiral_core.rod.contact._newton import (
-    CONVERGED,
-    UNSTABLE,
-    Newton,
-    Solution,
-    contacts_at,
-)
+from spiral_core.rod.contact._newton import Newton, Solution, contacts_at
 from spiral_core.rod.contact.obstacles import Quaternion, passes_through, seen_from
 from spiral_core.rod.contact.problem import Free, RodProblem
 from spiral_core.rod.types import ZERO, Array
@@ -163,8 +158,12 @@ def attempt(
     )
     resistance = Drag(drag, here.x.copy(), arrays.step) if drag else None
     newton = Newton(arrays, guess, anchors, resistance)
-    limits = largest_moves(here)
-    solution = newton.run(LARGEST_MOVE * arrays.length, Reach(here.x.p, TOO_FAR * limits))
+    limits = TOO_FAR * largest_moves(here)
+
+    def too_far(positions: Array) -> bool:
+        return bool(np.any(np.sum((positions - here.x.p) ** 2, axis=1) > limits**2))
+
+    solution = newton.run(LARGEST_MOVE * arrays.length, too_far)
     return guess, anchors, solution, moved_fraction(here, arrays, guess.p)
 
 
@@ -472,7 +471,7 @@ def unsolved(arrays: Arrays, x: Iterate) -> Point:
     """Return a point whose equilibrium has not been looked for."""
     anchors = carried(x, None, arrays.obstacles, arrays.obstacles, arrays.lever, 0.0)
     nodes = arrays.count + 1
-    contacts = contacts_at(x, arrays, np.ones(nodes, dtype=np.bool_), anchors)
+    contacts = contacts_at(x, arrays, np.ones(nodes, dtype=np.bool_))
     imbalance, moments = np.zeros((nodes, 6)), np.zeros((nodes, 3))
     nothing = Solution(UNSTABLE, 0, math.nan, math.inf, math.nan, imbalance, moments, contacts)
     return Point(0.0, arrays, x, anchors, nothing)

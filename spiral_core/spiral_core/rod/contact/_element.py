@@ -49,6 +49,7 @@ from spiral_core.rod._algebra import (
     with_transpose,
 )
 from spiral_core.rod._element import (
+    Turn,
     element_frame,
     frame_derivatives,
     pushed_back,
@@ -134,6 +135,24 @@ class EndSlopes(NamedTuple):
     g_a: Mat
     e_ua: Mat
     e_aa: Mat
+
+
+class NodeSlopes(NamedTuple):
+    """Derivatives by the rotation eta of one node; of E with G held.
+
+    Attributes:
+        e: of E but for the element's turn.
+        g: of G.
+        own: second, of E by eta, likewise.
+        other: second, of E by the other node's rotation and this one, likewise.
+        e_n: second, of E by eta and n.
+    """
+
+    e: Vec
+    g: Mat
+    own: Mat
+    other: Mat
+    e_n: Mat
 
 
 class Derivatives(NamedTuple):
@@ -268,6 +287,27 @@ def turned_with_force(end: End, slopes: EndSlopes, section: Section) -> Mat:
     return matmul(matsubtract(skew(slopes.e_a), by_force), end.frame)
 
 
+@inlined
+def of_both(by_start: Mat, by_end: Mat, start: End, end: End) -> Mat:
+    """Return the derivative by n of what depends on a_0 and a_1."""
+    return matadd(matmul(by_start, start.frame), matmul(by_end, end.frame))
+
+
+@inlined
+def node_slopes(
+    end: End, slopes: EndSlopes, j_t: Mat, e_un: Mat, turn: Turn, sign: float, section: Section
+) -> NodeSlopes:
+    """Return the derivatives by the rotation of node 1 (``sign`` = 1) or node 0 (-1)."""
+    g_turn, e_u_turn, own = turned_by_own_node(end, slopes, section)
+    return NodeSlopes(
+        add(cross(slopes.e_a, end.a), cross(slopes.e_b, end.b)),
+        matadd(transpose(pushed_back(j_t, turn, sign)), g_turn),
+        matadd(own, with_transpose(pushed_back(e_u_turn, turn, sign))),
+        pushed_back(e_u_turn, turn, -sign),
+        matadd(pushed_back(e_un, turn, sign), turned_with_force(end, slopes, section)),
+    )
+
+
 @compiled
 def mixed_element(q0: Quat, q1: Quat, n: Vec, half_load: Vec, section: Section) -> Derivatives:
     """Return energy, gradient and Hessian of an element."""
@@ -298,40 +338,25 @@ def mixed_element(q0: Quat, q1: Quat, n: Vec, half_load: Vec, section: Section) 
     )
 
     # By eta_0, eta_1 and n.
-    g_x, h_x, cf, s = frame_derivatives(x, e_u, e_uu, h)
-    t0, t1, x00, x01, x11 = rotation_derivatives(x, w, g_x, h_x)
-    bend = 0.5 * s * w
-    g_turn0, e_u_turn0, own00 = turned_by_own_node(start, slopes0, section)
-    g_turn1, e_u_turn1, own11 = turned_by_own_node(end, slopes1, section)
-    j_t = transpose(j)
-    dg0 = matadd(transpose(pushed_back(j_t, x, w, cf, bend, -1.0)), g_turn0)
-    dg1 = matadd(transpose(pushed_back(j_t, x, w, cf, bend, 1.0)), g_turn1)
-    dgn = matadd(matmul(slopes0.g_a, start.frame), matmul(slopes1.g_a, end.frame))
-    p_dg1, p_dgn = matmul(p, dg1), matmul(p, dgn)
-    e_un = matadd(matmul(slopes0.e_ua, start.frame), matmul(slopes1.e_ua, end.frame))
-    h00 = matadd(matadd(x00, own00), with_transpose(pushed_back(e_u_turn0, x, w, cf, bend, -1.0)))
-    h11 = matadd(matadd(x11, own11), with_transpose(pushed_back(e_u_turn1, x, w, cf, bend, 1.0)))
-    h01 = matadd(
-        matadd(x01, pushed_back(e_u_turn1, x, w, cf, bend, -1.0)),
-        transpose(pushed_back(e_u_turn0, x, w, cf, bend, 1.0)),
-    )
-    h0n = matadd(
-        pushed_back(e_un, x, w, cf, bend, -1.0), turned_with_force(start, slopes0, section)
-    )
-    h1n = matadd(pushed_back(e_un, x, w, cf, bend, 1.0), turned_with_force(end, slopes1, section))
-    hnn = matadd(
-        matmul_t(start.frame, matmul(slopes0.e_aa, start.frame)),
-        matmul_t(end.frame, matmul(slopes1.e_aa, end.frame)),
-    )
+    g_x, h_x, turn = frame_derivatives(x, w, e_u, e_uu, h)
+    t0, t1, x00, x01, x11 = rotation_derivatives(turn, g_x, h_x)
+    e_un, j_t = of_both(slopes0.e_ua, slopes1.e_ua, start, end), transpose(j)
+    node0 = node_slopes(start, slopes0, j_t, e_un, turn, -1.0, section)
+    node1 = node_slopes(end, slopes1, j_t, e_un, turn, 1.0, section)
+    g_n = of_both(slopes0.g_a, slopes1.g_a, start, end)
+    p_g1, p_gn = matmul(p, node1.g), matmul(p, g_n)
+    turned0, turned1 = matmul_t(start.frame, slopes0.e_aa), matmul_t(end.frame, slopes1.e_aa)
     return Derivatives(
         energy,
-        add(t0, add(cross(slopes0.e_a, start.a), cross(slopes0.e_b, start.b))),
-        add(t1, add(cross(slopes1.e_a, end.a), cross(slopes1.e_b, end.b))),
+        add(t0, node0.e),
+        add(t1, node1.e),
         add(matvec_t(start.frame, slopes0.e_a), matvec_t(end.frame, slopes1.e_a)),
-        matsubtract(h00, matmul_t(dg0, matmul(p, dg0))),
-        matsubtract(h01, matmul_t(dg0, p_dg1)),
-        matsubtract(h0n, matmul_t(dg0, p_dgn)),
-        matsubtract(h11, matmul_t(dg1, p_dg1)),
-        matsubtract(h1n, matmul_t(dg1, p_dgn)),
-        matsubtract(hnn, matmul_t(dgn, p_dgn)),
+        matsubtract(matadd(x00, node0.own), matmul_t(node0.g, matmul(p, node0.g))),
+        matsubtract(
+            matadd(x01, matadd(node1.other, transpose(node0.other))), matmul_t(node0.g, p_g1)
+        ),
+        matsubtract(node0.e_n, matmul_t(node0.g, p_gn)),
+        matsubtract(matadd(x11, node1.own), matmul_t(node1.g, p_g1)),
+        matsubtract(node1.e_n, matmul_t(node1.g, p_gn)),
+        matsubtract(of_both(turned0, turned1, start, end), matmul_t(g_n, p_gn)),
     )

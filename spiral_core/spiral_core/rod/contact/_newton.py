@@ -15,6 +15,7 @@ the iteration converges.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -47,6 +48,7 @@ from spiral_core.rod._algebra import (
     turn_nodes,
     vector_at,
 )
+from spiral_core.rod._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNSTABLE
 from spiral_core.rod.contact._contact import (
     TINY,
     Anchors,
@@ -55,15 +57,15 @@ from spiral_core.rod.contact._contact import (
     Law,
     Nodal,
     NodalTerms,
-    Reach,
+    contact_residual,
+    contact_step,
+    contact_terms,
+    take_step,
     widen,
 )
 from spiral_core.rod.contact._element import Elements, mixed_element, section_at
 from spiral_core.rod.contact._mesh import Arrays, last_slip
 from spiral_core.rod.types import DEFAULT_TOLERANCE
-
-# Outcomes.
-CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNSTABLE = range(4)
 
 MAX_PASSES = 60
 # The quick attempt goes on for so many passes after the residual was last halved.
@@ -356,7 +358,7 @@ class Solution:
     """What an iteration found.
 
     Args:
-        outcome: as numbered above.
+        outcome: as numbered in :mod:`spiral_core.rod._newton`.
         passes: assemblies of the system.
         energy: of elements and their load [J].
         residual: largest imbalance, as a fraction of the scales of forces, moments and L/10.
@@ -383,12 +385,10 @@ def bearing_of(arrays: Arrays) -> Bearing:
     return Bearing(arrays.end_free, compliance, arrays.step)
 
 
-def contacts_at(
-    x: Iterate, arrays: Arrays, touchable: NDArray[np.bool_], anchors: Anchors
-) -> tuple[Contact, ...]:
+def contacts_at(x: Iterate, arrays: Arrays, touchable: NDArray[np.bool_]) -> tuple[Contact, ...]:
     """Return the contact with each obstacle at an iterate, its laws not yet evaluated."""
     obstacles = enumerate(arrays.obstacles)
-    return tuple(Contact(x, j, each, arrays.radius, touchable, anchors) for j, each in obstacles)
+    return tuple(Contact(x, j, each, arrays.radius, touchable) for j, each in obstacles)
 
 
 class Newton:
@@ -433,8 +433,11 @@ class Newton:
             free[node] = hold[3:, 3:].any()
         return free
 
-    def run(self, max_move: float, reach: Reach | None = None) -> Solution:
-        """Iterate to the equilibrium; nodes move at most ``max_move`` [m] in a step."""
+    def run(self, max_move: float, too_far: Callable[[Array], bool] | None = None) -> Solution:
+        """Iterate to the equilibrium; nodes move at most ``max_move`` [m] in a step.
+
+        Given up where ``too_far`` says so of the positions.
+        """
         start = self.x.copy()
         quick, blocked, patience, best = True, 0, 0, np.inf
         solution = self._pass()
@@ -448,7 +451,7 @@ class Newton:
                     return replace(solution, outcome=CONVERGED, passes=passes)
             patience = QUICK_PASSES if solution.residual < 0.5 * best else patience - 1
             best = min(best, solution.residual)
-            lost = not solution.pivot > 0.0 or (reach is not None and reach.left(self.x.p))
+            lost = not solution.pivot > 0.0 or (too_far is not None and too_far(self.x.p))
             if quick and (lost or patience == 0) and self.arrays.obstacles:
                 quick = False
                 self._restart(start, *first)
@@ -459,7 +462,10 @@ class Newton:
                 else:
                     blocked = blocked + 1 if min(primal, dual) < BLOCKED else 0
                     blocked = self._sink(min(primal, dual), blocked, first)
-                self._couple(solution)
+                # friction follows the normal force, near the end and in motion
+                near = solution.residual < COUPLING_RESIDUAL or self.added is not None
+                last = self.law.slip == self.last_slip and self.shift == 0.0
+                self.law = self.law._replace(coupled=self.rubs and near and last)
             else:
                 return replace(solution, outcome=UNSTABLE, passes=passes)
             solution = self._pass()
@@ -475,21 +481,15 @@ class Newton:
         still = float(np.abs(self.step.nodes[:, 3:]).max()) < LAST_MOVE * self.arrays.length
         return again or still or any(contact.active.any() for contact in solution.contacts)
 
-    def _couple(self, solution: Solution) -> None:
-        """Let friction follow the normal force in the next pass, near the end and in motion."""
-        near = solution.residual < COUPLING_RESIDUAL or self.added is not None
-        last = self.law.slip == self.last_slip and self.shift == 0.0
-        self.law = self.law._replace(coupled=self.rubs and near and last)
-
     def _certified(self, solution: Solution) -> Solution:
         """Return the solution with the smallest pivot of its symmetric Hessian."""
         if not self.law.coupled:
             return solution
         self.law = self.law._replace(coupled=False)
-        nodal = self._loads()
-        for contact in solution.contacts:
-            contact.add(self.law, nodal)
-        return replace(solution, pivot=self._eliminate(nodal, no_step(self.arrays.count)))
+        nodal, step = self._loads(), no_step(self.arrays.count)
+        self._add(solution.contacts, nodal)
+        pivot = eliminate(self.elements, nodal, self.bearing, False, step)
+        return replace(solution, pivot=pivot)
 
     def _first_guess(self, solution: Solution) -> tuple[float, float, float]:
         """Return width [m], barrier [N m] and slip [m] with which a thorough iteration begins."""
@@ -536,9 +536,8 @@ class Newton:
         """Assemble and eliminate at the iterate; a Hessian that is not positive is shifted."""
         arrays, x, law = self.arrays, self.x, self.law
         nodal = self._loads()
-        contacts = contacts_at(x, arrays, self.touchable, self.anchors)
-        for contact in contacts:
-            contact.add(law, nodal)
+        contacts = contacts_at(x, arrays, self.touchable)
+        self._add(contacts, nodal)
         energy = assemble(x, arrays.elements, self.elements)
         unit, diagonal = self.force / arrays.length / arrays.count, np.arange(6)
         self.shift = 0.1 * self.shift if self.shift > 1e-2 * unit else 0.0
@@ -547,7 +546,7 @@ class Newton:
             if self.shift:
                 shifted = nodal._replace(tangent=nodal.tangent.copy())
                 shifted.tangent[:, diagonal, diagonal] += self.shift * self.mass
-            pivot = self._eliminate(shifted, self.step)
+            pivot = eliminate(self.elements, shifted, self.bearing, law.coupled, self.step)
             done = pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and contacts)
             if done or self.shift > 1e9 * unit:
                 break
@@ -558,9 +557,10 @@ class Newton:
             UNSTABLE, 0, energy, residual, pivot, gradient, self.elements.moments.copy(), contacts
         )
 
-    def _eliminate(self, nodal: Nodal, step: Step) -> float:
-        """Write the step that the elements and what acts at the nodes give; return the pivot."""
-        return eliminate(self.elements, nodal, self.bearing, self.law.coupled, step)
+    def _add(self, contacts: tuple[Contact, ...], nodal: Nodal) -> None:
+        """Add the contacts to gradient, drive and Hessian of the nodes."""
+        for contact in contacts:
+            contact_terms(self.law, contact.surface, self.x, self.anchors, contact.touch, nodal)
 
     def _loads(self) -> Nodal:
         """Return gradient and Hessian of loads at the nodes and of what is added."""
@@ -592,7 +592,9 @@ class Newton:
             float(np.abs(self.elements.chord).max()) / length,
         ]
         pair = 2.0 * self.last_barrier / self.tolerance
-        worst += [contact.residual(length, force, pair) for contact in contacts]
+        for each in contacts:
+            scales = (length, force, pair)
+            worst.append(contact_residual(self.law, each.surface, self.x, each.touch, *scales))
         return float(np.max(worst))
 
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
@@ -603,11 +605,11 @@ class Newton:
         limit = min(1.0, MAX_ROTATION / max(turn, TINY), max_move / max(move, TINY))
         primal = dual = limit
         for contact in solution.contacts:
-            near, far = contact.fractions(step)
+            near, far = contact_step(self.law, contact.surface, x, contact.touch, step)
             primal, dual = min(primal, near), min(dual, far)
         turn_nodes(x.q, step, primal, x.q)
         x.p[:] += primal * step[:, 3:]
         x.n[:] += dual * self.step.forces
         for contact in solution.contacts:
-            contact.update(step, primal, dual)
+            take_step(self.law, contact.surface, x, contact.touch, step, primal, dual)
         return primal, dual

@@ -23,9 +23,8 @@ from spiral_core.rod._algebra import (
 from spiral_core.rod.contact._contact import TINY, Iterate
 from spiral_core.rod.contact._continuation import Point, from_centerline
 from spiral_core.rod.contact._mesh import Arrays
-from spiral_core.rod.contact._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE
 from spiral_core.rod.contact.problem import RodProblem
-from spiral_core.rod.state import RodEvent, RodState, RodStatus, SelfContact
+from spiral_core.rod.state import STATUSES, RodEvent, RodState, RodStatus, SelfContact
 from spiral_core.rod.types import Array
 
 # Two places closer than this along the rod, in its radii, are one place, not two that touch.
@@ -43,7 +42,7 @@ def state_from_point(point: Point, iterations: int, status: RodStatus | None = N
     turn = matrices(x.q)
     clearance = self_clearance(x.p, arrays.arc_lengths, arrays.radius)
     if status is None:
-        status = _status(solution.outcome)
+        status = STATUSES[solution.outcome]
         if status is RodStatus.CONVERGED and not clearance > 0.0:
             status = RodStatus.SELF_CONTACT
     normal_forces, gaps, contact_forces, sticking = _contacts(point)
@@ -96,15 +95,6 @@ def from_shape(problem: RodProblem, arrays: Arrays, start: RodState | Array) -> 
     if start.orientations.shape == x.q.shape:
         x.q[:] = start.orientations
     return x
-
-
-def _status(outcome: int) -> RodStatus:
-    """Return the status of an outcome."""
-    return {
-        CONVERGED: RodStatus.CONVERGED,
-        ITERATION_LIMIT: RodStatus.ITERATION_LIMIT,
-        NOT_FINITE: RodStatus.NOT_FINITE,
-    }.get(outcome, RodStatus.UNSTABLE)
 
 
 def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:

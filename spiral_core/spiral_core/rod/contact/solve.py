@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._continuation import (
     NEXT_TO,
@@ -40,7 +41,6 @@ from spiral_core.rod.contact._mesh import (
     on_nodes,
     shared,
 )
-from spiral_core.rod.contact._newton import CONVERGED
 from spiral_core.rod.contact._results import PathLog, from_shape, point_of_state, state_from_point
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import RodProblem, require_alike

@@ -8,21 +8,22 @@ Both are a minimization: of the energy plus an inertia that is quadratic about a
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.rod._algebra import composed, matrices, turned
+from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._continuation import Point, largest_moves, moved_fraction
 from spiral_core.rod.contact._mesh import Arrays, last_slip, node_lengths
-from spiral_core.rod.contact._newton import CONVERGED, Newton, Solution
+from spiral_core.rod.contact._newton import Newton, Solution
 from spiral_core.rod.contact.obstacles import Obstacle, in_base_frame, seen_from
 from spiral_core.rod.motion._terms import (
     StepTerms,
     coordinates,
     drag_factor,
-    step_terms,
     stiffened,
     strains,
 )
@@ -42,6 +43,14 @@ BETA = 0.25 * (1.0 + ALPHA_F - ALPHA_M) ** 2
 TOLERANCE, ACCEPTED = 1e-7, 1e-4
 
 
+class Course(NamedTuple):
+    """Quantities in time, with the first and the second derivative that the method uses."""
+
+    value: Array
+    rate: Array
+    mean: Array
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Moment:
     """A rod at a time, and what the next step needs of its past.
@@ -50,22 +59,17 @@ class Moment:
         time: [s].
         point: the unknowns, the problem and the evidence.
         y: coordinates (N + 1, 9).
-        rate: their first derivatives (N + 1, 9) [1/s].
-        mean: the method's averaged accelerations (N + 1, 9) [1/s^2].
-        last: accelerations (N + 1, 9) [1/s^2].
-        strain: what the elements' material remembers, with the first and second derivative that
-            the method uses (3, N, 6); only where it is damped.
+        last: their accelerations (N + 1, 9) [1/s^2].
+        strain: what the elements' material remembers (N, 6); only where it is damped.
         touches: which nodes touch an obstacle (N + 1,).
         started: whether accelerations are known.
     """
 
     time: float
     point: Point
-    y: Array
-    rate: Array
-    mean: Array
+    y: Course
     last: Array
-    strain: Array
+    strain: Course
     touches: NDArray[np.bool_]
     started: bool = True
 
@@ -74,17 +78,10 @@ def at_rest(time: float, point: Point) -> Moment:
     """Return a rod that begins to move from rest."""
     point = replace(point, x=point.x.copy())
     _release(point.x, point.solution)
-    y = coordinates(point.x)
-    zero = np.zeros_like(y)
-    strain = np.zeros((3, len(y) - 1, 6))
-    strain[0] = strains(point.x, point.arrays, point.arrays)
-    return Moment(time, point, y, zero, zero, zero, strain, touching(point.x), started=False)
-
-
-def touching(x: Iterate) -> NDArray[np.bool_]:
-    """Return which nodes touch an obstacle (N + 1,)."""
-    touches: NDArray[np.bool_] = np.any(x.normal > 0.0, axis=0)
-    return touches
+    y, strain = coordinates(point.x), strains(point.x, point.arrays, point.arrays)
+    zero, none = np.zeros_like(y), np.zeros_like(strain)
+    courses = Course(y, zero, zero), zero, Course(strain, none, none)
+    return Moment(time, point, *courses, np.any(point.x.normal > 0.0, axis=0), started=False)
 
 
 def _release(x: Iterate, solution: Solution) -> None:
@@ -104,18 +101,17 @@ def advanced(
     """
     smooth = ~here.touches & here.started
     target, scale = _target(here, duration, smooth)
-    back, past = _backward(here.y, here.rate, here.mean, duration, smooth[:, None])
+    back, past = _backward(here.y, duration, smooth[:, None])
     guess = _predicted(here, arrays, duration)
     solved = arrays
     if damping.retardation_time > 0.0:
-        between, past_strain = _backward(
-            here.strain[0], here.strain[1], here.strain[2], duration, _both(smooth)
-        )
+        both = (smooth[:-1] & smooth[1:])[:, None]
+        between, past_strain = _backward(here.strain, duration, both)
         solved = stiffened(arrays, damping.retardation_time / between, past_strain)
-    terms = step_terms(
-        inertia, scale, target, damping, back, past,
-        _air(here, arrays, duration, damping.air),
-    )  # fmt: skip
+    moved, resisted = inertia / scale, inertia * (damping.drag_rate / back)
+    weight = moved + resisted
+    drag = _air(here, arrays, duration, damping.air) / back[:, :, None]
+    terms = StepTerms(weight, (moved * target + resisted * past) / weight, drag, past[:, :3])
     point = _solve(here.point, solved, guess, terms)
     if point is None:
         return None, np.inf
@@ -129,35 +125,36 @@ def _target(
     """Return where the nodes would be without forces, and time squared per acceleration."""
     h = duration
     gain = BETA * h * h / (1.0 - ALPHA_M)
-    euler = here.y + h * here.rate
-    alpha = euler + h * h * (0.5 - BETA) * here.mean
-    alpha += gain * (ALPHA_F * here.last - ALPHA_M * here.mean)
+    y, rate, mean = here.y
+    euler = y + h * rate
+    alpha = euler + h * h * (0.5 - BETA) * mean
+    alpha += gain * (ALPHA_F * here.last - ALPHA_M * mean)
     chosen = smooth[:, None]
     scale = np.where(chosen, gain * (1.0 - ALPHA_F), h * h)
     return np.where(chosen, alpha, euler), scale
 
 
-def _both(smooth: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return the elements both of whose nodes are chosen (N, 1)."""
-    both: NDArray[np.bool_] = (smooth[:-1] & smooth[1:])[:, None]
-    return both
-
-
-def _backward(
-    value: Array, rate: Array, mean: Array, duration: float, smooth: NDArray[np.bool_]
-) -> tuple[Array, Array]:
+def _backward(before: Course, duration: float, smooth: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Return b (n, 1) and z such that (value - z) / b is the rate at the end of the step."""
-    h = duration
+    h, (value, rate, mean) = duration, before
     back = BETA * h / GAMMA
     newmark = value + (h - back) * rate + h * ((0.5 - BETA) * h - (1.0 - GAMMA) * back) * mean
     return np.where(smooth, back, h), np.where(smooth, newmark, value)
 
 
+def _stepped(before: Course, value: Array, duration: float, smooth: NDArray[np.bool_]) -> Course:
+    """Return quantities with these values at the end of a step."""
+    back, past = _backward(before, duration, smooth)
+    change = (value - before.value) / duration - before.rate
+    newmark = (change / duration - (0.5 - BETA) * before.mean) / BETA
+    return Course(value, (value - past) / back, np.where(smooth, newmark, change / duration))
+
+
 def _predicted(here: Moment, arrays: Arrays, duration: float) -> Iterate:
     """Return the state expected at the end of the step."""
     x = _taken_along(here.point, arrays)
-    still = here.touches[:, None]
-    x.p[:] += np.where(still, 0.0, duration * (here.rate + 0.5 * duration * here.mean)[:, :3])
+    still, (_, rate, mean) = here.touches[:, None], here.y
+    x.p[:] += np.where(still, 0.0, duration * (rate + 0.5 * duration * mean)[:, :3])
     spin = _spin(here)
     x.q[:] = turned(x.q, np.where(still, 0.0, duration * spin))
     return x
@@ -180,8 +177,8 @@ def _taken_along(here: Point, arrays: Arrays) -> Iterate:
 def _spin(here: Moment) -> Array:
     """Return the angular velocities in the material frame (N + 1, 3) [rad/s]."""
     turn = matrices(here.point.x.q)
-    second = np.einsum("nji,nj->ni", turn, here.rate[:, 3:6])
-    third = np.einsum("nji,nj->ni", turn, here.rate[:, 6:9])
+    second = np.einsum("nji,nj->ni", turn, here.y.rate[:, 3:6])
+    third = np.einsum("nji,nj->ni", turn, here.y.rate[:, 6:9])
     # d_2' = w x d_2 = (-w_z, 0, w_x), d_3' = w x d_3 = (w_y, -w_x, 0)
     return np.column_stack((0.5 * (second[:, 2] - third[:, 1]), third[:, 0], -second[:, 0]))
 
@@ -189,10 +186,10 @@ def _spin(here: Moment) -> Array:
 def _air(here: Moment, arrays: Arrays, duration: float, air: float) -> Array:
     """Return force over velocity of the air on each node (N + 1, 3, 3) [N s/m]."""
     if not air > 0.0:
-        return np.zeros((len(here.y), 3, 3))
+        return np.zeros((len(here.last), 3, 3))
     along = matrices(here.point.x.q)[:, :, 0]
     across = np.eye(3) - along[:, :, None] * along[:, None, :]
-    velocity = here.rate[:, :3] + duration * here.mean[:, :3]
+    velocity = here.y.rate[:, :3] + duration * here.y.mean[:, :3]
     speed = np.sqrt(np.sum(np.einsum("nij,nj->ni", across, velocity) ** 2, axis=1))
     factor = drag_factor(speed, 2.0 * arrays.radius, air) * node_lengths(arrays.arc_lengths)
     drag: Array = factor[:, None, None] * across
@@ -227,34 +224,19 @@ def _after(
     scale: NDArray[np.float64],
 ) -> Moment:
     """Return the rates at the end of a step; contact takes the velocity at which nodes met it."""
-    h = duration
-    y = coordinates(point.x)
-    last = (y - target) / scale
-    mean = ((1.0 - ALPHA_F) * last + ALPHA_F * here.last - ALPHA_M * here.mean) / (1.0 - ALPHA_M)
-    touches = touching(point.x)
-    chosen = (smooth & ~touches)[:, None]
-    back, past = _backward(here.y, here.rate, here.mean, h, chosen)
-    rate = (y - past) / back
-    mean = np.where(chosen, mean, last)
+    value, touches = coordinates(point.x), np.any(point.x.normal > 0.0, axis=0)
+    chosen = smooth & ~touches
+    y, last = _stepped(here.y, value, duration, chosen[:, None]), (value - target) / scale
     struck = touches & ~here.touches
     if struck.any():
-        _stop(rate, struck, here.point.arrays.obstacles, arrays, point.x, h)
-    mean[touches] = last[touches] = 0.0
+        _stop(y.rate, struck, here.point.arrays.obstacles, arrays, point.x, duration)
+    y.mean[touches] = last[touches] = 0.0
     strain = here.strain
     if point.arrays is not arrays:  # stiffened: the material remembers
-        strain = _strained(here, strains(point.x, point.arrays, arrays), h, _both(chosen[:, 0]))
-    point = replace(point, at=here.time + h, arrays=arrays)
-    return Moment(here.time + h, point, y, rate, mean, last, strain, touches)
-
-
-def _strained(here: Moment, strain: Array, duration: float, smooth: NDArray[np.bool_]) -> Array:
-    """Return the elements' strains at the end of a step, with both derivatives (3, N, 6)."""
-    h = duration
-    value, old, mean = here.strain
-    back, past = _backward(value, old, mean, h, smooth)
-    rate = (strain - past) / back
-    newmark = (strain - value - h * old) / (BETA * h * h) - (0.5 - BETA) / BETA * mean
-    return np.stack((strain, rate, np.where(smooth, newmark, (rate - old) / h)))
+        both = (chosen[:-1] & chosen[1:])[:, None]
+        strain = _stepped(strain, strains(point.x, point.arrays, arrays), duration, both)
+    point = replace(point, at=here.time + duration, arrays=arrays)
+    return Moment(here.time + duration, point, y, last, strain, touches)
 
 
 def _stop(
@@ -276,7 +258,7 @@ def _stop(
 
 def _error(here: Moment, after: Moment, duration: float, smooth: NDArray[np.bool_]) -> float:
     """Return the estimated error of the positions [m]; impacts are not judged."""
-    jump = np.abs(after.mean - here.mean)[:, :3]
+    jump = np.abs(after.y.mean - here.y.mean)[:, :3]
     free = smooth & ~after.touches
     error = abs(BETA - 1.0 / 6.0) * duration**2 * jump[free].max(initial=0.0)
     return float(error)

@@ -11,31 +11,39 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
-    TANGENT,
     Array,
     add,
+    add_matrix,
+    add_vector,
     cross,
     dot,
     matrices,
     matrix_at,
     matvec,
     matvec_t,
+    put_vector,
     quaternion_at,
     scale,
     subtract,
     to_material,
     vector_at,
+    vector_from,
 )
 from spiral_core.rod._element import element_frame
 from spiral_core.rod.contact._contact import TINY, Iterate
-from spiral_core.rod.contact._element import Elements
+from spiral_core.rod.contact._element import (
+    Elements,
+    end_of,
+    mixed_imbalance,
+    moment,
+    section_at,
+)
 from spiral_core.rod.contact._mesh import Arrays, node_lengths
 from spiral_core.rod.contact._newton import assemble, no_elements
-from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Damping, Inertia
+from spiral_core.rod.motion.inertia import AIR_DENSITY, AIR_VISCOSITY, Inertia
 
 
 def coordinates(x: Iterate) -> Array:
@@ -118,18 +126,18 @@ class StepTerms(NamedTuple):
 @compiled
 def add_step_terms(x: Iterate, terms: StepTerms, gradient: Array, tangent: Array) -> None:
     """Add a step's inertia and drag to gradient (n, 6) and Hessian (n, 6, 6) of every node."""
-    for n in range(x.p.shape[0]):
+    for n in range(len(x.p)):
+        drag, weight, target = matrix_at(terms.drag, n), terms.weight[n], terms.target[n]
+        away = subtract(vector_at(x.p, n), vector_at(terms.rest, n))
+        add_vector(gradient[n], 3, matvec(drag, away))
+        add_matrix(tangent[n], 3, 3, drag)
         for i in range(3):
-            gradient[n, 3 + i] += terms.weight[n, i] * (x.p[n, i] - terms.target[n, i])
-            tangent[n, 3 + i, 3 + i] += terms.weight[n, i]
-            for k in range(3):
-                gradient[n, 3 + i] += terms.drag[n, i, k] * (x.p[n, k] - terms.rest[n, k])
-                tangent[n, 3 + i, 3 + k] += terms.drag[n, i, k]
-        turn = quaternion_at(x.q, n)
+            gradient[n, 3 + i] += weight[i] * (x.p[n, i] - target[i])
+            tangent[n, 3 + i, 3 + i] += weight[i]
         for axis in range(1, 3):
             first = 3 * axis
-            kept = (terms.target[n, first], terms.target[n, first + 1], terms.target[n, first + 2])
-            seen = scale(terms.weight[n, first], to_material(turn, kept))
+            kept = to_material(quaternion_at(x.q, n), vector_from(target, first))
+            seen = scale(weight[first], kept)
             ahead, behind = (axis + 1) % 3, (axis + 2) % 3
             # e x b, the unit vector e along the axis
             gradient[n, ahead] += seen[behind]
@@ -146,61 +154,28 @@ def remembered_strains(x: Iterate, damped: Elements, elastic: Elements) -> Array
 
     ``damped`` are the elements with their damping, ``elastic`` the same without.
     """
-    out = np.empty((damped.steps.shape[0], 6))
-    for e in range(damped.steps.shape[0]):
-        a, b = quaternion_at(x.q, e), quaternion_at(x.q, e + 1)
-        _, _, strain = element_frame(a, b, damped.steps[e])
-        stiffness, slope = matrix_at(damped.stiffness, e), matrix_at(damped.stiffness_slope, e)
-        moment = subtract(matvec(stiffness, strain), vector_at(damped.rest, e))
-        change = subtract(matvec(slope, strain), vector_at(damped.rest_slope, e))
-        change = add(change, cross(strain, moment))
-        for end in range(2):
-            sign = 1.0 - 2.0 * end
-            load = add(vector_at(x.n, e), scale(sign, vector_at(damped.half_load, e)))
-            inner = to_material(quaternion_at(x.q, e + end), load)
-            stretch = add(TANGENT, matvec(matrix_at(damped.compliance, e), inner))
-            change = add(change, scale(0.5, cross(stretch, inner)))
-        bend = matvec(matrix_at(damped.flexibility, e), change)
+    out = np.empty((len(damped.steps), 6))
+    for e, h in enumerate(damped.steps):
+        q0, q1, n = quaternion_at(x.q, e), quaternion_at(x.q, e + 1), vector_at(x.n, e)
+        section, half_load = section_at(damped, e), vector_at(damped.half_load, e)
+        small, load = h * h / 12.0, scale(2.0 / h, half_load)
+        _, _, strain = element_frame(q0, q1, h)
+        start = end_of(q0, add(n, half_load), load, strain, small, section)
+        end = end_of(q1, subtract(n, half_load), load, strain, -small, section)
+        inner = moment(strain, start, end, section)
+        bend = matvec(section.flexibility, mixed_imbalance(strain, inner, start, end, section))
         # what the elastic element would remember: I + [c] x has a closed inverse
-        stiffness, slope = matrix_at(elastic.stiffness, e), matrix_at(elastic.stiffness_slope, e)
-        flexible = matrix_at(elastic.flexibility, e)
-        small = damped.steps[e] * damped.steps[e] / 12.0
-        known = add(matvec(stiffness, cross(bend, strain)), matvec_t(slope, bend))
-        known, c = scale(small, known), scale(small, bend)
-        solved = add(known, add(scale(-1.0, cross(c, known)), scale(dot(c, known), c)))
+        own = section_at(elastic, e)
+        known = matvec(own.stiffness, cross(bend, strain))
+        known = scale(small, add(known, matvec_t(own.stiffness_slope, bend)))
+        c = scale(small, bend)
+        solved = add(subtract(known, cross(c, known)), scale(dot(c, known), c))
         solved = scale(1.0 / (1.0 + dot(c, c)), solved)
-        less = matvec(flexible, solved)
-        turning = matvec(flexible, add(cross(strain, solved), matvec(slope, less)))
-        for i in range(3):
-            out[e, i] = strain[i] - less[i]
-            out[e, 3 + i] = bend[i] - turning[i]
+        less = matvec(own.flexibility, solved)
+        turning = add(cross(strain, solved), matvec(own.stiffness_slope, less))
+        put_vector(out[e], 0, subtract(strain, less))
+        put_vector(out[e], 3, subtract(bend, matvec(own.flexibility, turning)))
     return out
-
-
-def step_terms(
-    inertia: Array,
-    scale: NDArray[np.float64],
-    target: Array,
-    damping: Damping,
-    duration: Array,
-    rest: Array,
-    drag: Array,
-) -> StepTerms:
-    """Return the terms of a step.
-
-    Args:
-        inertia: of the coordinates (N + 1, 9).
-        scale: time squared that turns accelerations into displacements (N + 1, 1) [s^2].
-        target: where the nodes would be without forces (N + 1, 9).
-        damping: its drag rate counts here.
-        duration: by which a displacement from ``rest`` becomes a velocity (N + 1, 1) [s].
-        rest: coordinates from which velocities are measured (N + 1, 9).
-        drag: force over velocity of the air (N + 1, 3, 3) [N s/m].
-    """
-    moved, resisted = inertia / scale, inertia * (damping.drag_rate / duration)
-    weight = moved + resisted
-    middle = (moved * target + resisted * rest) / weight
-    return StepTerms(weight, middle, drag / duration[:, :, None], rest[:, :3])
 
 
 def potential_energy(arrays: Arrays, x: Iterate) -> float:

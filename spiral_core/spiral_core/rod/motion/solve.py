@@ -7,7 +7,7 @@ The method is derived in ``docs/derivations/motion.md``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -131,9 +131,12 @@ def motion_frames(
     first = _problem_at(problem, begin)
     point = _start(first, start, elements)
     _require_uncoupled(point.arrays)
+    here = at_rest(begin, replace(point, at=begin))
     run = _Run(
-        problem, inertia, damping or Damping(), tolerance * point.arrays.length, longest_step,
-        at_rest(begin, replace(point, at=begin)), first,
+        problem, masses(point.arrays, inertia), damping or Damping(),
+        tolerance * point.arrays.length, longest_step, here, first, point.arrays,
+        FIRST_STEP * longest_step,
+        residual=point.solution.residual, touched=bool(here.touches.any()),
     )  # fmt: skip
     yield run.frame()
     for time in moments:
@@ -185,27 +188,26 @@ def _require_uncoupled(arrays: Arrays) -> None:
         raise InvalidInputError("section", "coupled", requirement)
 
 
+@dataclass(slots=True, eq=False)
 class _Run:
     """A motion while it is computed."""
 
-    def __init__(
-        self,
-        problem: Problem,
-        inertia: Inertia,
-        damping: Damping,
-        allowed: float,
-        longest: float,
-        moment: Moment,
-        first: RodProblem,
-    ) -> None:
-        self.problem, self.damping = problem, damping
-        self.inertia = masses(moment.point.arrays, inertia)
-        self.posed, self.arrays = first, moment.point.arrays
-        self.allowed, self.longest, self.here = allowed, longest, moment
-        self.step, self.steps, self.error = FIRST_STEP * longest, 0, 0.0
-        self.events: list[MotionEvent] = []
-        self.residual, self.passes = moment.point.solution.residual, 0
-        self.quiet_until, self.touched = -np.inf, bool(moment.touches.any())
+    problem: Problem
+    inertia: Array
+    damping: Damping
+    allowed: float
+    longest: float
+    here: Moment
+    posed: RodProblem
+    arrays: Arrays
+    step: float
+    steps: int = 0
+    error: float = 0.0
+    events: list[MotionEvent] = field(default_factory=list)
+    residual: float = 0.0
+    passes: int = 0
+    quiet_until: float = -np.inf
+    touched: bool = False
 
     def reach(self, time: float) -> bool:
         """Step to a time exactly; return whether it was reached."""
@@ -276,8 +278,8 @@ class _Run:
         frame = Frame(
             time=here.time,
             state=replace(state, energy=potential_energy(here.point.arrays, here.point.x)),
-            velocities=here.rate[:, :3].copy(),
-            kinetic_energy=0.5 * float(np.sum(self.inertia * here.rate * here.rate)),
+            velocities=here.y.rate[:, :3].copy(),
+            kinetic_energy=0.5 * float(np.sum(self.inertia * here.y.rate**2)),
             steps=self.steps,
             error=self.error,
             residual=self.residual,
@@ -303,8 +305,5 @@ def _changes(here: Moment, after: Moment) -> list[tuple[EventKind, int]]:
 
 def _sticks(moment: Moment, j: int) -> bool:
     """Return whether every node in contact with an obstacle sticks."""
-    contacts = moment.point.solution.contacts
-    if not contacts or not contacts[j].rubs:
-        return False
-    contact = contacts[j]
-    return bool(np.all(contact.sticks[contact.active]))
+    contact = moment.point.solution.contacts[j]
+    return contact.rubs and bool(np.all(contact.sticks[contact.active]))
