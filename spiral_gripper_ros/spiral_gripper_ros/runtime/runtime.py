@@ -31,7 +31,7 @@ from spiral_gripper_ros.messages.conversions import (
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.parameters.table import GripperParameters
-from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
+from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
@@ -205,11 +205,13 @@ class Runtime:
             pressure: gauge [Pa].
             payload: mass of the object [kg]; None: that of the parameter.
         """
-        seen = self.control.snapshot()
-        if self.loaded is None:
+        seen, loaded, own = self.control.snapshot(), self.loaded, self.values.grip.payload
+        if loaded is None:
             return []
-        answer = self.loaded.grip(seen.plan, seen.radius, self.seen_object(), pressure)
-        return self._grip_to_msg(answer, self.loaded, payload)
+        answer = loaded.grip(seen.plan, seen.radius, self.seen_object(), pressure)
+        if payload is None and not math.isnan(own):
+            payload = own
+        return grip_to_msg(answer, self.now(), payload, loaded.gravity)
 
     # --- commands ------------------------------------------------------------------------------
 
@@ -287,7 +289,7 @@ class Runtime:
             self._wrap_told = told
             contact = None if grip is None else grip.contact_length
             wrap = wrap_to_msg(snapshot, loaded, self.limits.pressure_cap, contact, header)
-            wrap.grip = self._grip_to_msg(grip, loaded)
+            wrap.grip = self.grip_message(pressure)
             if seen_object is not None:
                 age = now - seen_object.seen_at
                 fill_object(wrap, seen_object, age, loaded.placement(snapshot.plan))
@@ -297,13 +299,6 @@ class Runtime:
             if has_moved:
                 self.outputs.publish_shape(name, shape, points, header)
         self.log.tell(now, snapshot)
-
-    def _grip_to_msg(
-        self, answer: GripAnswer | None, loaded: LoadedGripper, payload: float | None = None
-    ) -> list[Grip]:
-        own = None if math.isnan(self.values.grip.payload) else self.values.grip.payload
-        mass = own if payload is None else payload
-        return grip_to_msg(answer, self.now(), mass, loaded.gravity)
 
     def _made(self, description: GripperDescription) -> LoadedGripper:
         """Return a gripper that is still to be planned for."""
