@@ -11,7 +11,7 @@ from spiral_core import FittedQuantity
 from spiral_core.calibration.regression import Interval
 from spiral_gripper.files.fields import CONSTANTS, FIELDS
 from spiral_gripper.files.shown import number, shown, shown_message
-from spiral_gripper.reports.fields import Field, Json, Rows
+from spiral_gripper.reports.fields import Field, Json, Rows, data
 
 if TYPE_CHECKING:
     from spiral_gripper.bench.run import CalibrationResult
@@ -137,24 +137,25 @@ CALIBRATION = (
     Field("readings", "readings", lambda r: len(r.choice.best.readings), lambda r: (
         f"{len(r.choice.best.readings)}, degrees of freedom: {r.choice.best.degrees_of_freedom}"
     )),
-    Field("degrees_of_freedom", "", "choice.best.degrees_of_freedom"),
-    Field("level", "", "level"),
+    *data(degrees_of_freedom="choice.best.degrees_of_freedom", level="level"),
     Field("values", "", _values, _value_rows),
     Field("correlation", "", "choice.best.correlation", _correlation_rows),
     Field("error_scale", "residuals", "choice.best.error_scale",
           "{:.3g} times the stated errors"),
-    Field("standardized_residuals", "", "choice.best.standardized_residuals"),
-    Field("outliers", "", "choice.best.outliers"),
-    Field("left_out", "", "choice.best.excluded"),
+    *data(
+        standardized_residuals="choice.best.standardized_residuals",
+        outliers="choice.best.outliers",
+        left_out="choice.best.excluded",
+    ),
     Field("pressure_limit", "", "choice.best.actuation.pressure_limit", _stable),
     Field("stretch_limit", "", "choice.best.actuation.stretch_limit"),
     Field("leave_one_out_error", "leave-one-out error", lambda r: (
         r.cross_validation and r.cross_validation.error
     ), _left_out),
     Field("laws", "", _laws, _compared),
-    Field("failures", "", lambda r: [
-        {"law": name, "reason": reason} for name, reason in r.choice.failures
-    ]),
-    Field("warnings", "", "warnings"),
-    Field("pressures", "", "pressures"),
+    *data(
+        failures=lambda r: [{"law": law, "reason": reason} for law, reason in r.choice.failures],
+        warnings="warnings",
+        pressures="pressures",
+    ),
 )  # fmt: skip

@@ -16,7 +16,7 @@ from spiral_gripper.bench.report import interval_text
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import shown
 from spiral_gripper.files.table import read_table_file
-from spiral_gripper.reports.fields import Field, Json, Rows
+from spiral_gripper.reports.fields import Field, Json, Rows, data
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
 LARGE_SWING = 0.15
@@ -105,13 +105,11 @@ def _value_rows(solved: SolvedSwing) -> Rows:
 
 
 FREE_SWING = (
-    Field("values", "", _values),
-    Field("level", "", "level"),
+    *data(values=_values, level="level"),
     Field("frequency", lambda s: f"free swing of {s.fit.frequency:.3g} Hz", "fit.frequency",
           lambda s: f"{shown(s.fit.amplitude, 'm', 3)} at first"),
     Field("amplitude", "", "fit.amplitude", _value_rows),
-    Field("readings", "", lambda s: len(s.fit.residuals)),
-    Field("degrees_of_freedom", "", "fit.degrees_of_freedom"),
+    *data(readings=lambda s: len(s.fit.residuals), degrees_of_freedom="fit.degrees_of_freedom"),
     Field("error_scale", "residuals", "fit.error_scale", "{:.3g} times the stated errors"),
     Field("warnings", "", _warnings, lambda s: [("warning", text) for text in _warnings(s)]),
 )  # fmt: skip

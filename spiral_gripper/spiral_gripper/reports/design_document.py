@@ -15,7 +15,7 @@ from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.description_text import changed_text, description_fields, put_fields
 from spiral_gripper.files.fields import law_name
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
-from spiral_gripper.reports.fields import Field, Json, Rows, document_of, plain
+from spiral_gripper.reports.fields import Field, Json, Rows, data, document_of, plain
 
 
 def report_as_dict(report: DesignReport) -> Json:
@@ -125,8 +125,7 @@ DESIGN = (
     )),
     Field("material", "", _material),
     Field("fiber_angle_alpha", "fiber angles", "actuator.fiber_pair.alpha", _fiber_angles),
-    Field("fiber_angle_beta", "", "actuator.fiber_pair.beta"),
-    Field("fiber_angle_gamma", "", "fiber_angle"),
+    *data(fiber_angle_beta="actuator.fiber_pair.beta", fiber_angle_gamma="fiber_angle"),
     Field("length", "length (helix model)", "length", lambda d: (
         f"{_mm(d.length)} ({_mm(d.helix_length)})"
     )),
@@ -134,9 +133,7 @@ DESIGN = (
     Field("cut_length", "cut length", "cut_length", "m"),
     Field("windings", "", lambda d: [_with(w, hand="hand") for w in d.windings],
           lambda d: winding_rows_of(d.windings)),
-    Field("pressure_max", "", "gripper.pressure_max"),
-    Field("radius_min", "", "radius_min"),
-    Field("radius_max", "", "radius_max"),
+    *data(pressure_max="gripper.pressure_max", radius_min="radius_min", radius_max="radius_max"),
     Field("largest", lambda d: f"object of {_mm(d.largest.radius)}",
           lambda d: _with(d.largest, strain="strain"), lambda d: _grip_text(d.largest)),
     Field("smallest", lambda d: f"object of {_mm(d.smallest.radius)}",
@@ -152,17 +149,21 @@ DESIGN = (
     Field("", "grips", "radius_max", lambda d: (
         f"{shown_range(d.radius_min, d.radius_max)} up to {shown(d.gripper.pressure_max, 'Pa')}"
     )),
-    Field("curve", "", lambda d: [_with(point, strain="strain") for point in d.curve]),
-    Field("margins", "", lambda d: [_margin(margin) for margin in d.margins]),
+    *data(
+        curve=lambda d: [_with(point, strain="strain") for point in d.curve],
+        margins=lambda d: [_margin(margin) for margin in d.margins],
+    ),
 )  # fmt: skip
 POINT = (
-    Field("tube", "", "candidate.tube"),
-    Field("material", "", "candidate.elastomer.name"),
-    Field("fiber_angle_beta", "", "candidate.fiber_angle_beta"),
-    Field("fiber_angle_gamma", "", "candidate.fiber_angle_gamma"),
-    Field("feasible", "", "feasible"),
-    Field("pressure", "", "pressure"),
-    Field("strain", "", "strain"),
-    Field("length", "", "length"),
-    Field("binding", "", lambda point: _margin(point.binding)),
+    *data(
+        tube="candidate.tube",
+        material="candidate.elastomer.name",
+        fiber_angle_beta="candidate.fiber_angle_beta",
+        fiber_angle_gamma="candidate.fiber_angle_gamma",
+        feasible="feasible",
+        pressure="pressure",
+        strain="strain",
+        length="length",
+        binding=lambda point: _margin(point.binding),
+    ),
 )

@@ -55,6 +55,11 @@ class Field(NamedTuple):
         return ", ".join(shown(float(figure), self.show) for figure in figures)
 
 
+def data(**figures: str | Getter) -> list[Field]:
+    """Return fields that only programs see, by their keys."""
+    return [Field(key, "", get) for key, get in figures.items()]
+
+
 def rows_of(fields: Sequence[Field], result: object) -> Rows:
     """Return the rows of a result: names and texts."""
     found: Rows = []

@@ -20,7 +20,7 @@ from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper.files.table import read_table_file
 from spiral_gripper.files.units import Dimension
-from spiral_gripper.reports.fields import Field, Json, plain
+from spiral_gripper.reports.fields import Field, Json, data, plain
 
 HEADER_REQUIREMENT = 'is missing: a profile has columns with units, "position [mm], radius [mm]"'
 PROFILE_COLUMNS = MappingProxyType({"position": Dimension.LENGTH, "radius": Dimension.LENGTH})
@@ -143,9 +143,7 @@ def _line_force(solved: SolvedWrap) -> str | None:
 
 
 SHAPE = (
-    Field("gripper", "", "gripper.name"),
-    Field("pressure", "", "pressure"),
-    Field("gravity", "", "gripper.gravity"),
+    *data(gripper="gripper.name", pressure="pressure", gravity="gripper.gravity"),
     Field("", "tip (x, y, z)", lambda solved: tuple(solved.state.tip_position), "m"),
     Field("curvature", "curvature, torsion unloaded", "unloaded_shape.curvature", lambda solved: (
         f"{solved.unloaded_shape.curvature:.4g}, {solved.unloaded_shape.torsion:.4g} /m"
@@ -159,9 +157,11 @@ SHAPE = (
     )),
     Field("discretization_error", "discretization error", "state.discretization_error", "m"),
     Field("folds", "folds passed on the way", "state.folds"),
-    Field("arc_lengths", "", "state.arc_lengths"),
-    Field("positions", "", "state.positions"),
-    Field("orientations", "", "state.orientations"),
+    *data(
+        arc_lengths="state.arc_lengths",
+        positions="state.positions",
+        orientations="state.orientations",
+    ),
 )  # fmt: skip
 COIL = (
     Field("turns", "free coil's turns", "wrap.turns", lambda solved: (

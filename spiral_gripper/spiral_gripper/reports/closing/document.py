@@ -31,7 +31,7 @@ from spiral_core.rod.motion.motion import Frame
 from spiral_core.rounding import rounded_up
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
-from spiral_gripper.reports.fields import Field, Json, Progress, Rows
+from spiral_gripper.reports.fields import Field, Json, Progress, Rows, data
 
 # Speed of an arm that stops before the approach [m/s].
 MOVE = 0.25
@@ -287,9 +287,7 @@ def _seconds(time: float | None, within: float = 0.0, never: str = "not within t
 
 
 CLOSE = (
-    Field("gripper", "", "question.gripper.name"),
-    Field("object_radius", "", "question.radius"),
-    Field("rate", "", "question.rate"),
+    *data(gripper="question.gripper.name", object_radius="question.radius", rate="question.rate"),
     Field("pressure", "pressure", "pressure", lambda s: f"to {shown(s.pressure, 'Pa')}"),
     Field("friction", "friction coefficient", "closing.setup.obstacle.friction", "{:.3g}"),
     Field("complete", "", "complete", _ended),
@@ -309,8 +307,7 @@ CLOSE = (
     Field("turns", "turns", "closing.point.turns", "{:.2f}"),
     Field("normal_force", "presses with", "closing.point.normal_force", _presses),
     Field("holding_forces", "", lambda s: {o.pull.name.lower(): o.force for o in s.forces}, _held),
-    Field("orderly", "", "orderly"),
-    Field("spread", "", _spread),
+    *data(orderly="orderly", spread=_spread),
     Field("advice", "", _advice, _advised),
     Field("hanging_frequency", "hanging tube swings at", "frequency", lambda s: (
         "not known" if s.frequency is None else f"{s.frequency:.3g} Hz"

@@ -19,7 +19,7 @@ from spiral_core.rounding import signed_percent
 from spiral_core.wrap.placement import distances_from_axis, touching_nodes
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper.files.shown import axis_label, number, shown, shown_message
-from spiral_gripper.reports.fields import Field, Json, Rows, document_of, rows_of
+from spiral_gripper.reports.fields import Field, Json, Rows, data, document_of, rows_of
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.wrap_document import (
     COIL,
@@ -318,8 +318,7 @@ _CLOSED = (
     Field("closing", "how it closes", "grip.setup.closing", "{.value}"),
     Field("falls_by_choice", "upright, without pressure", "grip.setup.falls_by_choice",
           lambda s: FALLS_BY_CHOICE if s.grip.setup.falls_by_choice else None),
-    Field("elements", "", "grip.setup.element_count"),
-    Field("tip_criterion", "", "grip.setup.tip_pressure"),
+    *data(elements="grip.setup.element_count", tip_criterion="grip.setup.tip_pressure"),
     Field("onset_wrap", "wrapped from", "grip.window.onset_wrap", _against_tip),
     Field("onset_curling", "end curls from", "grip.window.onset_curling",
           lambda s: _or_not(s.grip.window.onset_curling)),
@@ -357,12 +356,14 @@ GRIP = (
     ), _spread, _spread_text),
     Field("refusal", "NOT HELD", "refusal", lambda s: s.refusal and shown_message(s.refusal)),
     *_RECOMMENDED,
-    Field("pressures", "", "grip.pressures"),
-    Field("contact_length", "", "grip.contact_length"),
-    Field("turns", "", lambda s: [each.turns for each in s.grip.points]),
-    Field("normal_force", "", "grip.normal_force"),
-    Field("contact_pressure", "", "grip.contact_pressure"),
-    Field("base_reaction", "", lambda s: [each.base_reaction for each in s.grip.points]),
+    *data(
+        pressures="grip.pressures",
+        contact_length="grip.contact_length",
+        turns=lambda s: [each.turns for each in s.grip.points],
+        normal_force="grip.normal_force",
+        contact_pressure="grip.contact_pressure",
+        base_reaction=lambda s: [each.base_reaction for each in s.grip.points],
+    ),
     *_AT,
     Field("", "  mount carries", "point.base_reaction", lambda s: (
         f"{shown(_size(s.point.base_reaction[:3]), 'N', 3)}, "
@@ -376,13 +377,15 @@ WRAPPED = (
     Field("gripped", "gripped", lambda _: True, lambda _: "yes"),
     *_CLOSED,
     *_RECOMMENDED,
-    Field("pressure", "", "grip.onset_wrap"),
-    Field("at_pressure", "", "point.pressure"),
-    Field("regime", "", "point.regime"),
-    Field("stable", "", "point.state.stable"),
-    Field("line_force", "", lambda s: (
+    *data(
+        pressure="grip.onset_wrap",
+        at_pressure="point.pressure",
+        regime="point.regime",
+        stable="point.state.stable",
+        line_force=lambda s: (
         s.point.normal_force / s.point.contact_length if s.point.contact_length > 0.0 else None
-    )),
+    ),
+    ),
     *_AT,
     *_PLACE,
 )  # fmt: skip
