@@ -15,7 +15,7 @@ import numpy as np
 from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw, UnloadedShape
 from spiral_core.actuator.curvature import shape_on_path
 from spiral_core.actuator.curve import PressurePanels
-from spiral_core.actuator.section import SectionPath, ShapePath, section_path, sideways_motion
+from spiral_core.actuator.section import ShapePath, section_path, sideways_motion
 from spiral_core.actuator.section_law import mean_energy_slope, section_curve
 from spiral_core.actuator.uniform_law import uniform_curve
 from spiral_core.brief import brief_repr
@@ -341,17 +341,11 @@ def section_stiffness(actuation: FreeActuation, pressure: float) -> SectionStiff
     held, slope = actuation.pressure.with_slope(size)
     rise = math.pi * actuator.wound_radius**4 * slope * volume
     torsional = rise / twist**2 if abs(twist) > NO_TWIST else math.inf
-    single = len(actuator.single_fibers) == 1
-    sideways = _sideways(actuator, path, size, held) if single else math.inf
+    sideways = math.inf
+    if len(actuator.single_fibers) == 1:
+        motion = sideways_motion(path.fibers, np.array([path.direction * size]))
+        wall = actuator.tube.wall_area / (math.pi * actuator.wound_radius**2)
+        energy = wall * float(mean_energy_slope(motion, actuator.material)[0])
+        work = held * float(motion.volume_slope[0])
+        sideways = math.pi * actuator.wound_radius**4 * (work - energy) / (size * curvature) ** 2
     return SectionStiffness(rise / bend**2, torsional, twist / bend, sideways)
-
-
-def _sideways(actuator: Actuator, path: SectionPath, size: float, pressure: float) -> float:
-    """Return the stiffness of bending out of the coil's plane [N m^2]."""
-    motion = sideways_motion(path.fibers, np.array([path.direction * size]))
-    radius = actuator.wound_radius
-    wall = actuator.tube.wall_area / (math.pi * radius**2)
-    energy = wall * float(mean_energy_slope(motion, actuator.material)[0])
-    work = pressure * float(motion.volume_slope[0])
-    curvature = size * path.curvature(size)
-    return math.pi * radius**4 * (work - energy) / curvature**2

@@ -64,7 +64,15 @@ def unloaded_shape_from_stretch(actuator: Actuator, stretch: float) -> UnloadedS
         raise InvalidInputError("stretch", stretch, "at least 1 (a fiber cannot push)")
     exact = actuator.curvature_form is CurvatureForm.EXACT
     if exact and actuator.pressure_law is PressureLaw.SECTION:
-        return _unloaded_shape_on_path(actuator, stretch)
+        limit = longest_stretch(actuator)  # refuses one family, whose shape is the elastomer's too
+        path = section_path(actuator.fiber_set)
+        change = (stretch - 1.0) * path.direction
+        if not change >= 0.0:
+            side = "at least" if path.direction > 0.0 else "at most"
+            raise InvalidInputError("stretch", stretch, f"{side} 1 for these fibers")
+        if not change <= abs(limit - 1.0):
+            raise ActuationLimitError(path.limit, "stretch", stretch, limit)
+        return shape_on_path(actuator, path, path.strain_from_stretch(stretch))
     state = fiber_state(actuator.fiber_pair, stretch)
     carried = stretch if exact else 1.0
     return UnloadedShape(
@@ -106,19 +114,6 @@ def longest_stretch(actuator: Actuator) -> float:
         return locking_stretch(pair)
     path = section_path(actuator.fiber_set)
     return path.stretch_at(path.strain_limit)
-
-
-def _unloaded_shape_on_path(actuator: Actuator, stretch: float) -> UnloadedShape:
-    """Return the shape that the section's fibers allow at a stretch."""
-    limit = longest_stretch(actuator)  # refuses one family, whose shape is the elastomer's too
-    path = section_path(actuator.fiber_set)
-    change = (stretch - 1.0) * path.direction
-    if not change >= 0.0:
-        side = "at least" if path.direction > 0.0 else "at most"
-        raise InvalidInputError("stretch", stretch, f"{side} 1 for these fibers")
-    if not change <= abs(limit - 1.0):
-        raise ActuationLimitError(path.limit, "stretch", stretch, limit)
-    return shape_on_path(actuator, path, path.strain_from_stretch(stretch))
 
 
 def even_curvature(actuator: Actuator, stretch: float, twist: float) -> float:

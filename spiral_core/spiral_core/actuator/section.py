@@ -219,18 +219,13 @@ def invariant_excess(fibers: FiberSet, ring: Ring) -> tuple[Numbers, Numbers, Ar
         area = 1.0 + ring.area_change
         count = ring.weight.shape[1]
         return mixed + square / area, (square + mixed) / area, np.full(count, 1.0 / count)
-    depths, shares = _depths(fibers.wall_ratio)
-    layers = [_layer(fibers, ring, float(depth)) for depth in depths]
-    first = np.concatenate([one for one, _ in layers], axis=1)
-    second = np.concatenate([two for _, two in layers], axis=1)
-    return first, second, np.repeat(shares / ANGLES, ANGLES)
-
-
-def _depths(wall_ratio: float) -> tuple[Array, Array]:
-    """Return radii over the wound fibers' radius, and their shares of the wall's volume."""
+    # Radii over the wound fibers' radius, and their shares of the wall's volume.
     nodes, weights = np.polynomial.legendre.leggauss(DEPTHS)
-    squares = 0.5 * (1.0 + wall_ratio**2) + 0.5 * (1.0 - wall_ratio**2) * nodes
-    return np.sqrt(squares), 0.5 * weights
+    inner = fibers.wall_ratio**2
+    depths = np.sqrt(0.5 * (1.0 + inner) + 0.5 * (1.0 - inner) * nodes).tolist()
+    layers = [_layer(fibers, ring, depth) for depth in depths]
+    first, second = (np.concatenate(parts, axis=1) for parts in zip(*layers, strict=True))
+    return first, second, np.repeat(0.5 * weights / ANGLES, ANGLES)
 
 
 def _layer(fibers: FiberSet, ring: Ring, depth: float) -> tuple[Numbers, Numbers]:

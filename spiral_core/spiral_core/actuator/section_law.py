@@ -232,7 +232,13 @@ def section_curve(actuator: Actuator) -> Branch:
         InvalidInputError: pressure would not move the section in a way its fibers can hold.
     """
     branch = section_branch(actuator)
-    _require_pull(actuator, branch.path)
+    if branch.path.direction < 0.0 and actuator.single_fibers:
+        require_extending(actuator.fiber_pair)
+        raise InvalidInputError(
+            "single_fibers",
+            math.degrees(actuator.single_fibers[0].angle),
+            "at an angle at which pressure pulls them: they cannot push",
+        )
     if actuator.curvature_form is CurvatureForm.EXACT:
         return branch
     return _first_order(actuator, section_path(actuator.fiber_set), branch)
@@ -247,18 +253,6 @@ def section_branch(actuator: Actuator) -> Branch:
     scale = actuator.tube.wall_area / (math.pi * actuator.wound_radius**2)
     work = _work(path, actuator.material, end, scale)
     return Branch(path, PressurePanels(work, path.volume_slope), end, limit)
-
-
-def _require_pull(actuator: Actuator, path: ShapePath) -> None:
-    """Refuse fibers under which pressure shortens a tube that single fibers would have to push."""
-    if path.direction > 0.0 or not actuator.single_fibers:
-        return
-    require_extending(actuator.fiber_pair)
-    raise InvalidInputError(
-        "single_fibers",
-        math.degrees(actuator.single_fibers[0].angle),
-        "at an angle at which pressure pulls them: they cannot push",
-    )
 
 
 def _first_order(actuator: Actuator, path: SectionPath, branch: Branch) -> Branch:

@@ -31,7 +31,6 @@ from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.curvature import even_curvature
 from spiral_core.actuator.curve import Branch, PressurePanels, clustered_nodes
 from spiral_core.actuator.fibers import (
-    FiberAngles,
     FiberDerivatives,
     OneFamily,
     fiber_derivatives,
@@ -259,7 +258,10 @@ def uniform_curve(actuator: Actuator) -> Branch:
         return part / (1.0 + math.sqrt(1.0 - part))
 
     end = size_of(_just_below(last))
-    right = 1.0 + math.sqrt(_next_locking(pair, reach) / reach)
+    # The next family locks behind this one, if any does.
+    behind = [1.0 / math.cos(angle) - 1.0 - reach for angle in (pair.alpha, pair.beta)]
+    nearest = min((one for one in behind if one > SAME_LOCKING * reach), default=math.inf)
+    right = 1.0 + math.sqrt(nearest / reach)
     if limit is ActuationLimit.MATERIAL_LIMIT:
         right = size_of(last)
     left = 1.0 / (reach + math.sqrt(reach * (reach + 1.0)))  # the stretch is 0
@@ -299,13 +301,6 @@ def _samples(actuator: Actuator, reach: float, sizes: Array) -> Array:
         curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius * per_size
         rows.append((pressure * volume, volume, curvature, twist * per_size, rise))
     return np.array(rows).T.reshape(-1, *sizes.shape)
-
-
-def _next_locking(fibers: FiberAngles, reach: float) -> float:
-    """Return how far behind an elongation the next family locks; infinite if none does."""
-    cosines = math.cos(fibers.alpha), math.cos(fibers.beta)
-    behind = [1.0 / cosine - 1.0 - reach for cosine in cosines]
-    return min((one for one in behind if one > SAME_LOCKING * reach), default=math.inf)
 
 
 def _range(actuator: Actuator) -> tuple[float, ActuationLimit]:

@@ -92,7 +92,13 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
         InvalidInputError: all readings were made at one pressure, or none could be predicted.
     """
     readings = [one for k, one in enumerate(calibration.readings) if k not in calibration.excluded]
-    groups = [group for group in _by_pressure(readings) if group[0].pressure > 0.0]
+    groups: list[list[Reading]] = []
+    for reading in sorted(readings, key=lambda one: one.pressure):
+        last = groups[-1][0].pressure if groups else 0.0
+        if reading.pressure - last > SAME_PRESSURE * reading.pressure:
+            groups.append([])
+        if reading.pressure > 0.0:
+            groups[-1].append(reading)
     if len(groups) < 2:
         found = f"{len(groups)} pressures above 0"
         raise InvalidInputError("readings", found, "made at two pressures above 0 at least")
@@ -171,14 +177,3 @@ def choose_law(calibrations: Sequence[Calibration | tuple[str, SpiralError]]) ->
         raise InvalidInputError("calibrations", "different readings", "fits to the same readings")
     fits.sort(key=lambda c: (c.information_criterion, len(c.values), c.bayesian_criterion))
     return LawChoice(tuple(fits), tuple((name, str(error)) for name, error in failures))
-
-
-def _by_pressure(readings: Sequence[Reading]) -> list[list[Reading]]:
-    """Return the readings in groups of one pressure, by rising pressure."""
-    groups: list[list[Reading]] = []
-    for reading in sorted(readings, key=lambda one: one.pressure):
-        last = groups[-1][0].pressure if groups else -math.inf
-        if reading.pressure - last > SAME_PRESSURE * reading.pressure:
-            groups.append([])
-        groups[-1].append(reading)
-    return groups

@@ -163,19 +163,17 @@ def _of_constants(
 
 def _widened(one: RadiusPressure, rivals: Sequence[Calibration], level: float) -> RadiusPressure:
     """Return a pressure whose interval covers those of rival laws."""
-    others = tuple(_by_rival(rival, one.radius, level) for rival in rivals)
+    others = []
+    for rival in rivals:
+        form = rival.actuator.curvature_form.value
+        name = f"{rival.model.fitted_law.__name__}, {form} curvature"
+        pressure, interval = math.inf, Interval(math.inf, math.inf)  # if it cannot grip the radius
+        with suppress(SpiralError):
+            (found,) = _by_fitted_law(rival, (one.radius,), level)
+            pressure, interval = found.pressure, found.interval
+        others.append(RivalPressure(name, pressure, interval))
     lows, highs = zip(one.interval, *(other.interval for other in others), strict=True)
-    return replace(one, interval=Interval(min(lows), max(highs)), rivals=others)
-
-
-def _by_rival(rival: Calibration, radius: float, level: float) -> RivalPressure:
-    """Return the pressure of one rival law; infinite where it cannot grip the radius."""
-    name = f"{rival.model.fitted_law.__name__}, {rival.actuator.curvature_form.value} curvature"
-    try:
-        (found,) = _by_fitted_law(rival, (radius,), level)
-    except SpiralError:
-        return RivalPressure(name, math.inf, Interval(math.inf, math.inf))
-    return RivalPressure(name, found.pressure, found.interval)
+    return replace(one, interval=Interval(min(lows), max(highs)), rivals=tuple(others))
 
 
 def pressure_uncertainty_by_draws(

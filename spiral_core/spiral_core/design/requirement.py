@@ -40,6 +40,7 @@ LARGEST_STRAIN = 10.0
 LEAST_TURNS = 0.1
 # Objects above a thousand kilometers [m]: not even a wrong unit gets there.
 LARGEST_RADIUS = 1.0e6
+OPTIONAL = ("object_length", "length_max", "pressure_max", "strain_max", "payload")
 # Tube that a plug and a fitting take up at each end (our choice: one inch, less a little).
 DEFAULT_END_ALLOWANCE = 0.02
 
@@ -169,8 +170,9 @@ class DesignRequirement:
     friction_coefficient: float = DEFAULT_FRICTION
 
     def __post_init__(self) -> None:
-        require_positive("radius_min", self.radius_min)
-        require_positive("radius_max", self.radius_max)
+        given = [field for field in OPTIONAL if getattr(self, field) is not None]
+        for field in ("radius_min", "radius_max", "turns_required", *given):
+            require_positive(field, getattr(self, field))
         if not self.radius_max >= self.radius_min:
             smallest = Message("at least the smallest radius, {}", Quantity(self.radius_min, "m"))
             raise InvalidInputError("radius_max", self.radius_max, smallest, "m")
@@ -181,12 +183,9 @@ class DesignRequirement:
             if not getattr(self, field):
                 raise InvalidInputError(field, getattr(self, field), "at least one on offer")
         self._check_fibers()
-        if not require_positive("turns_required", self.turns_required) >= LEAST_TURNS:
+        if not self.turns_required >= LEAST_TURNS:
             requirement = f"at least {LEAST_TURNS:g}: less of a turn holds nothing"
             raise InvalidInputError("turns_required", self.turns_required, requirement)
-        for field in ("object_length", "length_max", "pressure_max", "strain_max", "payload"):
-            if getattr(self, field) is not None:
-                require_positive(field, getattr(self, field))
         if self.strain_max is not None and not self.strain_max <= LARGEST_STRAIN:
             raise InvalidInputError(
                 "strain_max", self.strain_max, f"at most {LARGEST_STRAIN:g} (0.3 is 30 %)"

@@ -126,7 +126,11 @@ def pareto_set(points: Sequence[Evaluation]) -> tuple[Evaluation, ...]:
         Those for which no feasible point is at most equal in all three and less in one, by rising
         pressure.
     """
-    feasible = [(_costs(point), point) for point in points if point.feasible]
+    feasible = [
+        ((point.pressure or 0.0, point.strain or 0.0, point.length or 0.0), point)
+        for point in points
+        if point.feasible
+    ]
     best = [
         (cost, point)
         for cost, point in feasible
@@ -184,7 +188,3 @@ def in_turn(
         if progress is not None:
             progress(len(answers), len(questions))
     return answers
-
-
-def _costs(point: Evaluation) -> tuple[float, float, float]:
-    return (point.pressure or 0.0, point.strain or 0.0, point.length or 0.0)

@@ -9,7 +9,7 @@ which it changes one way only, without a snap.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, partial
@@ -115,8 +115,11 @@ class CoiledRange:
         self.samples: list[Wrap] = [wrap for track in tracks for wrap in track]
         self.branches: list[SubBranch] = []
         for track in tracks:
-            for first, last in self._held(track):
-                self.branches += self._stretch(track, first, last)
+            held = [self.room(wrap)[0] >= 0.0 for wrap in track]
+            for inside, run in groupby(range(len(track)), held.__getitem__):
+                if inside:
+                    places = list(run)
+                    self.branches += self._stretch(track, places[0], places[-1])
 
     def room(self, wrap: Wrap) -> tuple[float, BranchEnd]:
         """Return how far a wrap is from leaving the range, and what would end it; < 0: outside."""
@@ -165,19 +168,26 @@ class CoiledRange:
             nearest = side * rooms[i] <= min(side * rooms[i - 1], side * rooms[i + 1])
             if not nearest or abs(rooms[i]) > NEAR_MISS:
                 continue
-            place = minimum(
-                partial(self._room_at, side),
-                track[i - 1].pressure,
-                track[i + 1].pressure,
-                NEAR_MISS_STEPS,
-            )
-            wrap = self._scan.wrap_at(place)
-            if side * self.room(wrap)[0] < 0.0:
+            room = partial(self._room_of, side)
+            wrap = self._lowest(room, track[i - 1], track[i + 1], NEAR_MISS_STEPS)
+            if room(wrap) < 0.0:
                 found.append(wrap)
         return sorted(found, key=lambda wrap: wrap.pressure)
 
-    def _room_at(self, side: float, pressure: float) -> float:
-        return side * self.room(self._scan.wrap_at(pressure))[0]
+    def _room_of(self, side: float, wrap: Wrap) -> float:
+        return side * self.room(wrap)[0]
+
+    def _lowest(
+        self,
+        figure: Callable[[Wrap], float],
+        below: Wrap,
+        above: Wrap,
+        steps: int = EXTREME_STEPS,
+    ) -> Wrap:
+        """Return the wrap between two of which a figure is lowest."""
+        wrap_at = self._scan.wrap_at
+        ends = below.pressure, above.pressure
+        return wrap_at(minimum(lambda pressure: figure(wrap_at(pressure)), *ends, steps))
 
     def most_turns(self) -> Wrap:
         """Return the wrap with the most turns of those with room for an object inside."""
@@ -187,17 +197,8 @@ class CoiledRange:
 
         samples = self.samples
         most = min(range(len(samples)), key=lambda i: shortage(samples[i]))
-        ends = samples[max(most - 1, 0)].pressure, samples[min(most + 1, len(samples) - 1)].pressure
-        place = minimum(
-            lambda pressure: shortage(self._scan.wrap_at(pressure)), *ends, EXTREME_STEPS
-        )
-        return min(samples[most], self._scan.wrap_at(place), key=shortage)
-
-    def _held(self, track: Sequence[Wrap]) -> list[tuple[int, int]]:
-        """Return first and last index of each part of a track that is in the range."""
-        runs = groupby(range(len(track)), lambda i: self.room(track[i])[0] >= 0.0)
-        parts = (list(run) for held, run in runs if held)
-        return [(part[0], part[-1]) for part in parts]
+        below, above = samples[max(most - 1, 0)], samples[min(most + 1, len(samples) - 1)]
+        return min(samples[most], self._lowest(shortage, below, above), key=shortage)
 
     def _stretch(self, track: Sequence[Wrap], begin: int, end: int) -> list[SubBranch]:
         """Return the sub-branches of a part of a track, with its ends located."""
@@ -264,11 +265,5 @@ class CoiledRange:
 
     def _extreme(self, below: Wrap, at: Wrap, above: Wrap, sign: float) -> Wrap:
         """Return the wrap of the largest (sign 1) or smallest (-1) radius next to a sample."""
-        place = minimum(
-            lambda pressure: -sign * self._scan.wrap_at(pressure).object_radius,
-            below.pressure,
-            above.pressure,
-            EXTREME_STEPS,
-        )
-        found = self._scan.wrap_at(place)
+        found = self._lowest(lambda wrap: -sign * wrap.object_radius, below, above)
         return found if sign * (found.object_radius - at.object_radius) > 0.0 else at

@@ -273,7 +273,13 @@ class WrapTable:
 
     def __init__(self, branch: Sequence[Wrap]) -> None:
         self._outer_radius = branch[0].outer_radius
-        kept = self._well_spaced(branch)
+        first, *inner, last = branch
+        least = LEAST_GAP * abs(last.pressure - first.pressure) / (len(branch) - 1)
+        kept = [
+            first,
+            *(w for w in inner if min(abs(w.pressure - e.pressure) for e in (first, last)) > least),
+            last,
+        ]
         curvatures = np.array([self.contact_curvature(wrap.object_radius) for wrap in kept])
         differences = np.array([wrap.pressure for wrap in kept])
         self._curvatures: list[float] = curvatures.tolist()
@@ -309,17 +315,6 @@ class WrapTable:
             return low, high, guess, 1.0 / change
         change = (high - low) / (curvatures[above] - curvatures[above - 1])
         return low, high, low + change * (target - curvatures[above - 1]), 1.0 / change
-
-    def _well_spaced(self, branch: Sequence[Wrap]) -> list[Wrap]:
-        """Return the branch without those next to an end that are too near to it."""
-        first, *inner, last = branch
-        least = LEAST_GAP * abs(last.pressure - first.pressure) / (len(branch) - 1)
-        apart = [
-            wrap
-            for wrap in inner
-            if min(abs(wrap.pressure - first.pressure), abs(wrap.pressure - last.pressure)) > least
-        ]
-        return [first, *apart, last]
 
 
 def _no_coil(coiled: CoiledRange, gripper: Gripper) -> NoCoilError:

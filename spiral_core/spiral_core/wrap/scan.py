@@ -130,7 +130,12 @@ class PressureScan:
         rod = uniform_rod(gripper.rod(shape), gripper.load(shape))
         solved = solve_uniform(q, rod, 0)
         if solved.folds or solved.solution.outcome != CONVERGED:
-            return self._wrap(pressure, self._followed(pressure))
+            # Followed step by step from the nearest state that was solved.
+            track = self._track(pressure)
+            nearest = int(np.argmin(np.abs(track.pressures - pressure)))
+            stations = (float(track.pressures[nearest]), pressure)
+            path = self._path(stations, track.states[nearest])
+            return self._wrap(pressure, path.states[-1], shape)
         arcs = even_arc_lengths(shape.backbone_length, self._elements)
         return self._wrap(pressure, state_from_solved(arcs, q, solved), shape)
 
@@ -158,17 +163,6 @@ class PressureScan:
             return []
         path = self._path((pressure, target), state)
         return [] if path.events else [(target, path.states[-1])]
-
-    def _followed(self, pressure: float) -> RodState:
-        """Return the state at a pressure [Pa], followed step by step from the nearest one solved.
-
-        Raises:
-            SolverError: it could not be certified.
-        """
-        track = self._track(pressure)
-        nearest = int(np.argmin(np.abs(track.pressures - pressure)))
-        stations = (float(track.pressures[nearest]), pressure)
-        return self._path(stations, track.states[nearest]).states[-1]
 
     def _path(self, pressures: Sequence[float], start: RodState | None = None) -> RodPath:
         """Return the states at some pressures [Pa], followed from one to the next."""
