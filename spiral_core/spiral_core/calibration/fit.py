@@ -239,6 +239,7 @@ def calibrate(
         ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)),
         ...     material=NeoHookean(c1=100.0e3),
         ... )
+        >>> from dataclasses import replace
         >>> section = actuator.without_single_fibers()  # what extension is measured on
         >>> truth = FreeActuation(replace(section, material=NeoHookean(c1=145.0e3)))
         >>> from spiral_core.calibration.readings import ExtensionReading

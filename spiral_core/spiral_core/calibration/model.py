@@ -320,11 +320,12 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
         pressure = reading.pressure
         if not isinstance(reading, ShapeReading | GripReading):
             actuation = trial.actuation_for(reading)
-            shape, length = actuation.unloaded_shape(pressure), actuation.actuator.tube.length
-            rate = shape.torsion if isinstance(reading, TwistReading) else shape.curvature
-            per_length = rate * (shape.backbone_length / length)
             if isinstance(reading, ExtensionReading):
                 per_length = actuation.stretch_from_pressure(pressure) - 1.0
+            else:
+                shape = actuation.unloaded_shape(pressure)
+                rate = shape.torsion if isinstance(reading, TwistReading) else shape.curvature
+                per_length = rate * (shape.backbone_length / actuation.actuator.tube.length)
             found.append(per_length * reading.section_length)
             continue
         if pressure not in mounted:
