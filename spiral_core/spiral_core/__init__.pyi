@@ -88,6 +88,7 @@ from spiral_core.rod.contact.shapes import Plane as Plane
 from spiral_core.rod.contact.shapes import Profile as Profile
 from spiral_core.rod.contact.shapes import SignedDistance as SignedDistance
 from spiral_core.rod.contact.shapes import Sphere as Sphere
+from spiral_core.rod.derivatives import differentiate as differentiate
 from spiral_core.rod.equilibria import find_equilibria as find_equilibria
 from spiral_core.rod.motion.frequencies import vibration_modes as vibration_modes
 from spiral_core.rod.motion.inertia import Damping as Damping

@@ -41,7 +41,7 @@ def test_results_are_bit_identical_in_one_process_and_in_two() -> None:
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
         other = pool.submit(solve_rod, rod, load).result()
     for state in (solve_rod(rod, load), solve_rod(rod, load)):
-        for each in fields(state):
+        for each in (one for one in fields(state) if not one.name.startswith("_")):
             np.testing.assert_array_equal(getattr(state, each.name), getattr(other, each.name))
 
 

@@ -92,14 +92,15 @@ def test_a_page_is_read_in_a_few_minutes():
         assert len(re.findall(r"\S*\w\S*", WRITTEN.sub("", TEXTS[path]))) <= LONGEST, path
 
 
-def test_the_python_of_the_readme_prints_what_it_says():
-    blocks = FENCED.findall(TEXTS[README])
+@pytest.mark.parametrize("page", [README, DOCS / "sensitivity.md"], ids=lambda page: page.name)
+def test_the_python_of_a_page_prints_what_it_says(page):
+    blocks = FENCED.findall(TEXTS[page])
     programs = [place for place, (language, _) in enumerate(blocks) if language == "python"]
     assert programs
     for place in programs:
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
-            exec(compile(blocks[place][1], "README.md", "exec"), {"__name__": "__main__"})
+            exec(compile(blocks[place][1], page.name, "exec"), {"__name__": "__main__"})
         kind, output = blocks[place + 1]
         assert (kind, printed.getvalue().strip()) == ("text", output.strip())
 

@@ -3,7 +3,8 @@ r"""From uncertain parameters to the uncertain pressure for an object.
 
 Linear propagation takes the slopes of the pressure over the parameters,
 
-.. math:: \sigma_P^2 = g^T C g, \qquad g_k = \partial P(r) / \partial \theta_k,
+.. math:: \sigma_P^2 = g^T C g, \qquad g_k = \frac{\partial P(r)}{\partial \theta_k}
+    = -\frac{\partial r / \partial \theta_k}{\partial r / \partial P},
 
 Monte Carlo draws parameters from their joint distribution and asks each gripper. Both carry the
 fitted parameters' uncertainty, not that of the radius. Where the readings cannot tell the fitted
@@ -28,12 +29,16 @@ from spiral_core.calibration.fit import Calibration, calibrate
 from spiral_core.calibration.regression import DEFAULT_LEVEL, Interval, Scatter, slope
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.message import Message, Quantity
+from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.types import Array
 from spiral_core.wrap.curve import WrapCurve
+from spiral_core.wrap.wrap import Wrap, wrapped_radius
 
 # Steps of the slopes, in standard errors along the principal directions of the covariance: small
 # against the curvature of P over the parameters, large against the wrap search's 1e-10.
 STEP = 0.1
+# Half the step of the radius' slope over the pressure, as a fraction of that.
+PRESSURE_STEP = 1e-4
 DEFAULT_DRAWS = 400
 # An interval from fewer draws than this would be their extremes.
 DRAWS_MIN = 40
@@ -138,15 +143,18 @@ def _by_fitted_law(
     calibration: Calibration, radii: Sequence[float], level: float
 ) -> list[RadiusPressure]:
     """Return the pressures with the uncertainty of the constants alone."""
-    pressures = partial(_pressures, calibration, radii)
-    best = pressures(calibration.values)
+    wraps = _wraps(calibration, radii)
+    best = np.array([wrap.pressure for wrap in wraps])
+    wrapped = partial(_radii, calibration, wraps)
+    rise = wrapped(calibration.values, 1.0 + PRESSURE_STEP)
+    rise = (rise - wrapped(calibration.values, 1.0 - PRESSURE_STEP)) / (2.0 * PRESSURE_STEP * best)
     slopes = []
     for direction in _principal_directions(calibration):
-        change = slope(pressures, calibration.values, STEP * direction)
+        change = slope(wrapped, calibration.values, STEP * direction)
         if change is None:  # beyond the ends of what can be gripped
             requirement = "farther from the ends of the range, to judge their uncertainty"
             raise InvalidInputError("radii", tuple(radii), requirement)
-        slopes.append(change / STEP)
+        slopes.append(change / rise / STEP)
     errors = np.linalg.norm(slopes, axis=0)
     half = calibration.interval_factor(level) * errors
     rows = zip(radii, best, errors, best - half, best + half, strict=True)
@@ -209,7 +217,7 @@ def pressure_uncertainty_by_draws(
     if not draws >= DRAWS_MIN:
         raise InvalidInputError("draws", draws, f"at least {DRAWS_MIN}")
     calibration.interval_factor(level)  # checks the level
-    best = _pressures(calibration, radii, calibration.values)
+    best = [wrap.pressure for wrap in _wraps(calibration, radii)]
     run = map if executor is None else executor.map
     pressures_of = partial(_drawn, calibration, tuple(radii))
     table = np.array(list(run(pressures_of, _draws(calibration, seed, draws))))
@@ -239,9 +247,29 @@ def _curve(calibration: Calibration, values: Array) -> WrapCurve:
     return WrapCurve(gripper)
 
 
-def _pressures(calibration: Calibration, radii: Sequence[float], values: Array) -> Array:
-    """Return the pressure [Pa] of each radius for some parameters."""
-    return _curve(calibration, values).pressures_from_radii(radii)
+def _wraps(calibration: Calibration, radii: Sequence[float]) -> list[Wrap]:
+    """Return the wrap of each radius with the fitted values."""
+    curve = _curve(calibration, calibration.values)
+    return [curve.wrap_for_radius(float(radius)) for radius in radii]
+
+
+def _radii(
+    calibration: Calibration, wraps: Sequence[Wrap], values: Array, factor: float = 1.0
+) -> Array:
+    """Return the radii [m] that some parameters wrap at ``factor`` times the wraps' pressures."""
+    gripper = calibration.model.trial(values).gripper
+    if gripper is None:
+        raise TypeError("a fit with wraps has a gripper")
+    found = []
+    for wrap in wraps:
+        shape = gripper.unloaded_shape(factor * wrap.pressure)
+        count = len(wrap.state.positions) - 1
+        state = solve_rod(
+            gripper.rod(shape), gripper.load(shape), start=wrap.state, elements=count,
+            estimate_error=False,
+        )  # fmt: skip
+        found.append(wrapped_radius(gripper, shape, state)[0])
+    return np.array(found)
 
 
 def _principal_directions(calibration: Calibration) -> Array:

@@ -71,7 +71,8 @@ def find_equilibria(
     for _ in range(starts - 1):
         q = _scrambled(first.orientations, generator)
         found = minimize_to_stable(q, system, DEFAULT_TOLERANCE)
-        state = state_from_solved(arc_lengths_of(system.steps), q, evaluated(q, system, 0, found))
+        solved = evaluated(q, system, 0, found)
+        state = state_from_solved(arc_lengths_of(system.steps), q, solved, system)
         if state.stable and not any(_same(state, other) for other in states):
             states.append(state)
     return tuple(sorted(states, key=lambda state: state.energy))

@@ -186,7 +186,7 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[RodE
 def _state(q: Array, system: System, folds: int, found: Solution) -> RodState:
     """Return the state with a copy of the orientations q."""
     solved = evaluated(q, system, folds, found)
-    return state_from_solved(arc_lengths_of(system.steps), q.copy(), solved)
+    return state_from_solved(arc_lengths_of(system.steps), q.copy(), solved, system)
 
 
 def _stations(rods: object, loads: object) -> list[tuple[Rod, RodLoad]]:

@@ -30,6 +30,7 @@ from spiral_core.rod._mesh import (
     shared_counts,
 )
 from spiral_core.rod._profiles import (
+    UniformRod,
     is_plain,
     require_continuous,
     require_plain,
@@ -37,6 +38,7 @@ from spiral_core.rod._profiles import (
     uniform_rod,
     varies,
 )
+from spiral_core.rod._system import System
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import Clamped, End, Free, PointLoad, RodProblem
 from spiral_core.rod.contact.solve import solve_contact
@@ -188,7 +190,8 @@ def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: object) ->
         arcs = arc_lengths_of(system.steps)
         coarse = system if start is not None else discretize(rod, load, path_counts(rod, counts))
         q = _first_orientations(start, arcs)
-        return state_from_solved(arcs, q, solve_system(q, coarse, system, start is not None))
+        solved = solve_system(q, coarse, system, start is not None)
+        return state_from_solved(arcs, q, solved, system)
     uniform, few_elements = uniform_rod(rod, load), 0
     arcs = even_arc_lengths(rod.length, counts[0])
     q = _first_orientations(start, arcs)
@@ -199,7 +202,7 @@ def solve_with_counts(rod: Rod, load: RodLoad, counts: Counts, start: object) ->
             softest, farthest = principal_stiffnesses(*stiffness_samples(rod, np.zeros(1)).T)
             stiffer = float((farthest / softest)[0])
         few_elements = path_count(counts[0], turn, stiffer)
-    return state_from_solved(arcs, q, solve_uniform(q, uniform, few_elements))
+    return state_from_solved(arcs, q, solve_uniform(q, uniform, few_elements), uniform)
 
 
 def _first_orientations(start: object, arcs: Array) -> Array:
@@ -246,7 +249,9 @@ def _resampled(q: Array, arcs: Array, new_arcs: Array) -> Array:
     return resample(q, np.diff(arcs), np.diff(new_arcs))
 
 
-def state_from_solved(arcs: Array, q: Array, solved: SolvedRod) -> RodState:
+def state_from_solved(
+    arcs: Array, q: Array, solved: SolvedRod, data: UniformRod | System
+) -> RodState:
     """Return the state with orientations q (N + 1, 4) and the evidence a kernel gave for it."""
     solution, folds, forces, positions, moments, strains = solved
     outcome, iterations, energy, residual, pivot, step, neutral = solution
@@ -274,6 +279,7 @@ def state_from_solved(arcs: Array, q: Array, solved: SolvedRod) -> RodState:
         folds=folds,
         last_step=step,
         neutral_modes=neutral,
+        _data=data,
     )
 
 

@@ -12,6 +12,8 @@ import numpy as np
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod._algebra import matrices
+from spiral_core.rod._profiles import UniformRod
+from spiral_core.rod._system import System
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._continuation import Point
 from spiral_core.rod.contact._mesh import node_lengths
@@ -174,6 +176,8 @@ class RodState:
     _point: Point | None = field(default=None, repr=False)
     # The point passed before it, to extrapolate from.
     _before: Point | None = field(default=None, repr=False)
+    # What the inextensible element solved.
+    _data: UniformRod | System | None = field(default=None, repr=False)
 
     @property
     def certificate(self) -> RodCertificate:

@@ -137,7 +137,7 @@ class PressureScan:
             path = self._path(stations, track.states[nearest])
             return self._wrap(pressure, path.states[-1], shape)
         arcs = even_arc_lengths(shape.backbone_length, self._elements)
-        return self._wrap(pressure, state_from_solved(arcs, q, solved), shape)
+        return self._wrap(pressure, state_from_solved(arcs, q, solved, rod), shape)
 
     def samples(self, track: Track) -> list[Wrap]:
         """Return what the gripper wraps along a track, often enough to show how it changes."""

@@ -20,7 +20,7 @@ P G, and k = h^2/12 at the first end, -h^2/12 at the second, is the weight of f'
 
 from typing import NamedTuple
 
-from spiral_core.numerics.kernel import compiled, inlined
+from spiral_core.numerics.kernel import inlined
 from spiral_core.rod._algebra import (
     TANGENT,
     Array,
@@ -308,7 +308,7 @@ def node_slopes(
     )
 
 
-@compiled
+@inlined
 def mixed_element(q0: Quat, q1: Quat, n: Vec, half_load: Vec, section: Section) -> Derivatives:
     """Return energy, gradient and Hessian of an element."""
     h = section.step

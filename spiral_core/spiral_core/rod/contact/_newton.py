@@ -391,6 +391,22 @@ def contacts_at(x: Iterate, arrays: Arrays, touchable: NDArray[np.bool_]) -> tup
     return tuple(Contact(x, j, each, arrays.radius, touchable) for j, each in obstacles)
 
 
+def load_terms(arrays: Arrays, x: Iterate) -> Nodal:
+    """Return gradient and Hessian of loads at the nodes, and the stiffness of neutral motions."""
+    count = arrays.count
+    gradient, tangent = np.zeros((count + 1, 6)), np.zeros((count + 1, 6, 6))
+    gradient[:, 3:] = -arrays.nodal[:, 3:]
+    if arrays.nodal[:, :3].any():
+        moment = np.einsum("nji,nj->ni", matrices(x.q), arrays.nodal[:, :3])
+        gradient[:, :3] = -moment
+        tangent[:, :3, :3] = -0.5 * skews(moment)
+    diagonal = np.arange(3)
+    neutral = NEUTRAL * arrays.bending / arrays.length / count
+    tangent[:, diagonal, diagonal] += neutral
+    tangent[:, 3 + diagonal, 3 + diagonal] += neutral / arrays.length**2
+    return Nodal(gradient, gradient.copy(), tangent)
+
+
 class Newton:
     """One solve of a problem, from an iterate that is changed in place."""
 
@@ -564,20 +580,11 @@ class Newton:
 
     def _loads(self) -> Nodal:
         """Return gradient and Hessian of loads at the nodes and of what is added."""
-        arrays, x, count = self.arrays, self.x, self.arrays.count
-        gradient, tangent = np.zeros((count + 1, 6)), np.zeros((count + 1, 6, 6))
-        gradient[:, 3:] = -arrays.nodal[:, 3:]
-        if arrays.nodal[:, :3].any():
-            moment = np.einsum("nji,nj->ni", matrices(x.q), arrays.nodal[:, :3])
-            gradient[:, :3] = -moment
-            tangent[:, :3, :3] = -0.5 * skews(moment)
-        diagonal = np.arange(3)
-        neutral = NEUTRAL * arrays.bending / arrays.length / count
-        tangent[:, diagonal, diagonal] += neutral
-        tangent[:, 3 + diagonal, 3 + diagonal] += neutral / arrays.length**2
+        nodal = load_terms(self.arrays, self.x)
         if self.added is not None:
-            self.added.add(x, gradient, tangent)
-        return Nodal(gradient, gradient.copy(), tangent)
+            self.added.add(self.x, nodal.gradient, nodal.tangent)
+            nodal.drive[:] = nodal.gradient
+        return nodal
 
     def _residual(self, gradient: Array, contacts: tuple[Contact, ...]) -> float:
         """Return the largest imbalance that is not a reaction at an end."""
