@@ -178,7 +178,7 @@ def free_differences(q: Array, given: System, changes: Array) -> tuple[Array, Ar
         force and moment at the base (k, 6) [N, N m], all seen from the base.
     """
     n, count = len(given.steps), len(changes)
-    gains, offsets, turned = np.empty((n, 9)), np.empty((n, 3)), q.copy()
+    gains, offsets, turned = np.empty((n - 1, 3, 3)), np.empty((n, 3)), q.copy()
     turns, moved = np.zeros((count, n + 1, 3)), np.zeros((count, n + 1, 3))
     base = np.zeros((count, 6))
     for k in range(count):
