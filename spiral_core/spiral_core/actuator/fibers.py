@@ -224,25 +224,30 @@ def fiber_derivatives(fibers: FiberAngles, stretch: float) -> FiberDerivatives:
         >>> round(fiber_derivatives(fibers, stretch=1.0).shear_prime, 12)
         -1.0
     """
-    families = [(math.cos(angle), math.sin(angle)) for angle in (fibers.alpha, fibers.beta)]
-    (cos_alpha, sin_alpha), (cos_beta, sin_beta) = families
-    changes, slopes = [], []
-    for cosine, sine in families:
-        square = (1.0 - stretch * cosine) * (1.0 + stretch * cosine)
-        if not square > 0.0:
-            raise ActuationLimitError(
-                ActuationLimit.FIBER_LOCKING, "stretch", stretch, locking_stretch(fibers)
-            )
-        root = math.copysign(math.sqrt(square), sine)  # A
-        elongation = (stretch - 1.0) * (stretch + 1.0)  # lambda_1^2 - 1
-        changes.append(-elongation * cosine * cosine / (root + sine))  # A - sin(alpha)
-        slopes.append(-stretch * cosine * cosine / root)
-    crossing = math.sin(fibers.alpha - fibers.beta)
-    hoop_change, hoop_prime = (
-        (a * cos_beta - b * cos_alpha) / crossing for a, b in (changes, slopes)
+    alpha, beta = fibers.alpha, fibers.beta
+    cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
+    cos_beta, sin_beta = math.cos(beta), math.sin(beta)
+    square_a = (1.0 - stretch * cos_alpha) * (1.0 + stretch * cos_alpha)
+    square_b = (1.0 - stretch * cos_beta) * (1.0 + stretch * cos_beta)
+    if not (square_a > 0.0 and square_b > 0.0):
+        raise ActuationLimitError(
+            ActuationLimit.FIBER_LOCKING, "stretch", stretch, locking_stretch(fibers)
+        )
+    a = math.copysign(math.sqrt(square_a), alpha)
+    b = math.copysign(math.sqrt(square_b), beta)
+    elongation = (stretch - 1.0) * (stretch + 1.0)  # lambda_1^2 - 1
+    change_a = -elongation * cos_alpha * cos_alpha / (a + sin_alpha)  # A - sin(alpha)
+    change_b = -elongation * cos_beta * cos_beta / (b + sin_beta)
+    slope_a, slope_b = -stretch * cos_alpha * cos_alpha / a, -stretch * cos_beta * cos_beta / b
+    crossing = math.sin(alpha - beta)
+    hoop_change = (change_a * cos_beta - change_b * cos_alpha) / crossing
+    return FiberDerivatives(
+        hoop_change,
+        1.0 + hoop_change,
+        (slope_a * cos_beta - slope_b * cos_alpha) / crossing,
+        (change_b * sin_alpha - change_a * sin_beta) / crossing,
+        (slope_b * sin_alpha - slope_a * sin_beta) / crossing,
     )
-    shear, shear_prime = ((b * sin_alpha - a * sin_beta) / crossing for a, b in (changes, slopes))
-    return FiberDerivatives(hoop_change, 1.0 + hoop_change, hoop_prime, shear, shear_prime)
 
 
 def volume_slope(stretch: float, derivatives: FiberDerivatives) -> float:

@@ -289,8 +289,7 @@ def _material_end(path: SectionPath, material: HyperelasticLaw) -> tuple[float, 
     nodes = [*(edge for edge in path.edges if edge < path.strain_limit), path.strain_limit]
     ends = [
         first_sign_change(Panels(path.edges, (room - excess).reshape(shape)), nodes)
-        for excess in path.motion.first.T
-        if excess.max() >= room
+        for excess in path.motion.first[:, path.motion.first.max(axis=0) >= room].T
     ]
     end = min((end for end in ends if end is not None), default=None)
     if end is None:
