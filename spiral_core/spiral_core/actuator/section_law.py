@@ -85,15 +85,13 @@ class _States:
     def panel(self, low: float, high: float) -> Array | None:
         """Return pressure, stretch, curvature and torsion over the strain at a panel's nodes.
 
-        (NODES, 4), or None where no state was found; then the last state is where it was.
+        (NODES, 4), or None where no state was found.
         """
         (strains,) = panel_nodes((low, high))
-        before = self.unknowns, self.strain
         rows = np.empty((len(strains), 4))
         for k in np.argsort(strains).tolist():
             found = self._solved(float(strains[k]))
             if found is None:
-                self.unknowns, self.strain = before
                 return None
             self.unknowns, self.strain = found, float(strains[k])
             rows[k] = self._shape() / strains[k]
