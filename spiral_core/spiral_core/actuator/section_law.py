@@ -246,10 +246,27 @@ def section_branch(actuator: Actuator) -> Branch:
     """Return shapes and pressures over the far side's strain, up to where path or material end."""
     if isinstance(actuator.fibers, OneFamily):
         return one_family_branch(actuator)
-    path = section_path(actuator.fiber_set)
-    end, limit = _material_end(path, actuator.material)
+    path, material = section_path(actuator.fiber_set), actuator.material
+    edges, motion, sizes = path.edges, path.motion, panel_nodes(path.edges)
+    end, limit, room = path.strain_limit, path.limit, material.first_invariant_limit - 3.0
+    nodes = [*(edge for edge in edges if edge < end), end]
+    reached = [
+        first_sign_change(Panels(edges, (room - excess).reshape(sizes.shape)), nodes)
+        for excess in motion.first[:, motion.first.max(axis=0) >= room].T
+    ]
+    full = min((size for size in reached if size is not None), default=None)
+    if full is not None:
+        end, limit = full * (1.0 - END_MARGIN), ActuationLimit.MATERIAL_LIMIT
+    if motion.first.max() >= NEAR_POLE * room:
+        kept = [edge for edge in edges if edge < 0.5 * end]
+        graded = [end - (end - kept[-1]) * 0.5**k for k in range(1, POLE_PANELS)]
+        edges = (*kept, *graded, end)
+        sizes = panel_nodes(edges)
+        motion = motion_at(path.fibers, path.direction * sizes.ravel())
     scale = actuator.tube.wall_area / (math.pi * actuator.wound_radius**2)
-    work = _work(path, actuator.material, end, scale)
+    # The derivative of the mean energy density over |y|, scaled [Pa].
+    slopes = path.direction * scale * mean_energy_slope(motion, material)
+    work = Panels(edges, slopes.reshape(sizes.shape) / sizes)
     return Branch(path, PressurePanels(work, path.volume_slope), end, limit)
 
 
@@ -279,33 +296,6 @@ def _first_order(actuator: Actuator, path: SectionPath, branch: Branch) -> Branc
     bend, turn = (Panels(edges, one) for one in np.array(rows).T.reshape(2, *sizes.shape))
     shapes = replace(path, curvature=bend, torsion=turn)
     return Branch(shapes, branch.pressure, end, limit)
-
-
-def _material_end(path: SectionPath, material: HyperelasticLaw) -> tuple[float, ActuationLimit]:
-    """Return |y| at which the path ends, or the elastomer's limit is reached before."""
-    room, shape = material.first_invariant_limit - 3.0, panel_nodes(path.edges).shape
-    nodes = [*(edge for edge in path.edges if edge < path.strain_limit), path.strain_limit]
-    ends = [
-        first_sign_change(Panels(path.edges, (room - excess).reshape(shape)), nodes)
-        for excess in path.motion.first[:, path.motion.first.max(axis=0) >= room].T
-    ]
-    end = min((end for end in ends if end is not None), default=None)
-    if end is None:
-        return path.strain_limit, path.limit
-    return end * (1.0 - END_MARGIN), ActuationLimit.MATERIAL_LIMIT
-
-
-def _work(path: SectionPath, material: HyperelasticLaw, end: float, scale: float) -> Panels:
-    """Return the derivative of the mean energy density over |y|, scaled, up to an end [Pa]."""
-    edges, motion = path.edges, path.motion
-    if motion.first.max() >= NEAR_POLE * (material.first_invariant_limit - 3.0):
-        kept = [edge for edge in edges if edge < 0.5 * end]
-        graded = [end - (end - kept[-1]) * 0.5**k for k in range(1, POLE_PANELS)]
-        edges = (*kept, *graded, end)
-        motion = motion_at(path.fibers, path.direction * panel_nodes(edges).ravel())
-    sizes = panel_nodes(edges)
-    slopes = path.direction * scale * mean_energy_slope(motion, material)
-    return Panels(edges, slopes.reshape(sizes.shape) / sizes)
 
 
 def mean_energy_slope(motion: Motion, material: HyperelasticLaw) -> Array:

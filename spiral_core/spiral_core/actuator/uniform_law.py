@@ -257,6 +257,22 @@ def uniform_curve(actuator: Actuator) -> Branch:
         part = (stretch - 1.0) / reach
         return part / (1.0 + math.sqrt(1.0 - part))
 
+    def sample(sizes: Array) -> Array:
+        """Return W, V, curvature, torsion and elongation over the size: (5, panels, NODES)."""
+        rows = []
+        for size in sizes.ravel().tolist():
+            rise = reach * (2.0 - size)  # elongation over the size
+            stretch = 1.0 + size * rise
+            # Over the elongation of the rounded stretch, the quotients have no rounding of it.
+            per_size = rise / (stretch - 1.0)
+            derivatives = fiber_derivatives(pair, stretch)
+            volume = volume_slope(stretch, derivatives) * 2.0 * reach * (1.0 - size)
+            pressure = uniform_pressure(actuator, stretch, derivatives) * per_size
+            twist = derivatives.shear / derivatives.hoop
+            curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius * per_size
+            rows.append((pressure * volume, volume, curvature, twist * per_size, rise))
+        return np.array(rows).T.reshape(-1, *sizes.shape)
+
     end = size_of(_just_below(last))
     # The next family locks behind this one, if any does.
     behind = [1.0 / math.cos(angle) - 1.0 - reach for angle in (pair.alpha, pair.beta)]
@@ -266,9 +282,7 @@ def uniform_curve(actuator: Actuator) -> Branch:
         right = size_of(last)
     left = 1.0 / (reach + math.sqrt(reach * (reach + 1.0)))  # the stretch is 0
     edges = graded_edges(end, left, right, PANEL_WIDTH)
-    edges, samples = refined_panels(
-        edges, lambda sizes: _samples(actuator, reach, sizes), TAIL_TOLERANCE, HALVINGS
-    )
+    edges, samples = refined_panels(edges, sample, TAIL_TOLERANCE, HALVINGS)
     work, volume, curvature, torsion, stretch = (Panels(edges, one) for one in samples)
     path = ShapePath(
         fibers=actuator.fiber_set,
@@ -280,27 +294,6 @@ def uniform_curve(actuator: Actuator) -> Branch:
         torsion=torsion,
     )
     return Branch(path, PressurePanels(work, volume), end, limit)
-
-
-def _samples(actuator: Actuator, reach: float, sizes: Array) -> Array:
-    """Return W, V, curvature, torsion and elongation over the size at nodes (panels, NODES).
-
-    Returns:
-        (5, panels, NODES), the shapes' times the wound radius as in :class:`ShapePath`.
-    """
-    rows = []
-    for size in sizes.ravel().tolist():
-        rise = reach * (2.0 - size)  # elongation over the size
-        stretch = 1.0 + size * rise
-        # Divided by the elongation of the rounded stretch, the quotients have no rounding of it.
-        per_size = rise / (stretch - 1.0)
-        derivatives = fiber_derivatives(actuator.fiber_pair, stretch)
-        volume = volume_slope(stretch, derivatives) * 2.0 * reach * (1.0 - size)
-        pressure = uniform_pressure(actuator, stretch, derivatives) * per_size
-        twist = derivatives.shear / derivatives.hoop
-        curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius * per_size
-        rows.append((pressure * volume, volume, curvature, twist * per_size, rise))
-    return np.array(rows).T.reshape(-1, *sizes.shape)
 
 
 def _range(actuator: Actuator) -> tuple[float, ActuationLimit]:

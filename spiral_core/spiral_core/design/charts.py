@@ -122,10 +122,18 @@ def design_space(
     require_positive("turns_required", turns_required)
     if not require_finite("stretch_max", stretch_max) > 1.0 + LEAST_STRAIN:
         raise InvalidInputError("stretch_max", stretch_max, f"above {1.0 + LEAST_STRAIN:g}")
-    return tuple(
-        _design_space(actuator, beta, turns_required, stretch_max, points)
-        for beta in fiber_angles_beta
-    )
+    spaces = []
+    for beta in fiber_angles_beta:
+        angled = replace(actuator, fibers=FiberAngles(actuator.fiber_pair.alpha, beta))
+        locking, tube = longest_stretch(angled), actuator.tube
+        end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
+        stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
+        shapes = [unloaded_shape_from_stretch(angled, stretch) for stretch in stretches.tolist()]
+        unstretched = np.array([tube.length / shape.backbone_length for shape in shapes])
+        figures = _helix_figures(shapes, tube, turns_required)
+        radius, length, object_length = (figure / tube.inner_radius for figure in figures)
+        spaces.append(DesignSpace(beta, stretches, radius, object_length, length * unstretched))
+    return tuple(spaces)
 
 
 def pressure_range(gripper: Gripper, points: int = 61) -> PressureRange:
@@ -232,25 +240,6 @@ def _window(gripper: Gripper, radius: float) -> tuple[float, float, float]:
             curling, loss = _or_nan([window.onset_curling, window.loss])
             return window.onset_wrap, curling, loss
     return math.nan, math.nan, math.nan
-
-
-def _design_space(
-    actuator: Actuator, beta: float, turns: float, stretch_max: float, points: int
-) -> DesignSpace:
-    actuator = replace(actuator, fibers=FiberAngles(actuator.fiber_pair.alpha, beta))
-    locking, tube = longest_stretch(actuator), actuator.tube
-    end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
-    stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
-    shapes = [unloaded_shape_from_stretch(actuator, float(stretch)) for stretch in stretches]
-    unstretched = np.array([tube.length / shape.backbone_length for shape in shapes])
-    radius, length, object_length = _helix_figures(shapes, tube, turns)
-    return DesignSpace(
-        fiber_angle_beta=beta,
-        stretch=stretches,
-        radius_ratio=radius / tube.inner_radius,
-        object_length_ratio=object_length / tube.inner_radius,
-        length_ratio=length * unstretched / tube.inner_radius,
-    )
 
 
 def _or_nan(values: Sequence[float | None]) -> Array:

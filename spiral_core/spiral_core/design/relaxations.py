@@ -69,7 +69,18 @@ def relaxations_of(
         binding: the constraint that forbids the nearest of them.
     """
     nearest = sorted(evaluations, key=rank)
-    found = [_limit_relaxation(requirement, nearest, field, LIMITS[field]) for field in LIMITS]
+    found: list[Relaxation | None] = []
+    # The limit at which a candidate that misses nothing else would do.
+    for field, constraint in LIMITS.items():
+        needed = [
+            (e.violated[constraint], e.candidate.label)
+            for e in nearest
+            if e.violated.keys() == {constraint} and e.violated[constraint] > 0.0
+        ]
+        if needed:
+            value, label = min(needed) if constraint.is_upper else max(needed)
+            sufficient = value * (1.0 + ROUNDING if constraint.is_upper else 1.0 - ROUNDING)
+            found.append(Relaxation(field, getattr(requirement, field), sufficient, label))
     of_smallest = [e for e in nearest if e.exact is not None and e.violated.keys() <= OF_SMALLEST]
     of_largest = [e for e in nearest if e.violated.keys() <= OF_LARGEST]
     found += [
@@ -82,26 +93,6 @@ def relaxations_of(
     eases |= {"radius_min"} if binding in OF_SMALLEST else {"radius_max", "turns_required"}
     known = (relaxation for relaxation in found if relaxation is not None)
     return tuple(sorted(known, key=lambda one: (one.field not in eases, one.relative)))
-
-
-def _limit_relaxation(
-    requirement: DesignRequirement,
-    evaluations: list[Evaluation],
-    field: str,
-    constraint: Constraint,
-) -> Relaxation | None:
-    """Return the limit at which a candidate that misses nothing else would do."""
-    needed = [
-        (evaluation.violated[constraint], evaluation.candidate.label)
-        for evaluation in evaluations
-        if evaluation.violated.keys() == {constraint} and evaluation.violated[constraint] > 0.0
-    ]
-    if not needed:
-        return None
-    upper = constraint.is_upper
-    value, label = min(needed) if upper else max(needed)
-    sufficient = value * (1.0 + ROUNDING if upper else 1.0 - ROUNDING)
-    return Relaxation(field, getattr(requirement, field), sufficient, label)
 
 
 def _least_change(

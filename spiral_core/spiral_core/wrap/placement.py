@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap
@@ -82,11 +81,14 @@ def place_object(wrap: Wrap) -> ObjectPlacement:
     radius, outer_radius = wrap.object_radius, wrap.outer_radius
     axis = np.asarray(wrap.axis)
     plane = np.linalg.svd(axis[None, :])[2][1:]  # two unit vectors across the axis, as rows
-    center = _fitted_center(
-        touching_nodes(wrap, min(wrap.turns_required, 1.0)) @ plane.T,
-        _center_at_tip(wrap.state, axis, radius + outer_radius) @ plane.T,
-        radius + outer_radius,
-    )
+    # The tip carries no moment: it curves towards its material y axis with the free curvature.
+    x, y, z, w = wrap.state.orientations[-1].tolist()
+    normal = np.array((2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)))
+    normal -= (normal @ axis) * axis
+    size, contact_radius = float(np.linalg.norm(normal)), radius + outer_radius
+    start = wrap.state.positions[-1] + (contact_radius / size if size else 0.0) * normal
+    nodes = touching_nodes(wrap, min(wrap.turns_required, 1.0))
+    center = _fitted_center(nodes @ plane.T, start @ plane.T, contact_radius)
     touching = touching_nodes(wrap, wrap.turns_required)
     covered = touching @ axis
     low, high = float(covered.min()) - outer_radius, float(covered.max()) + outer_radius
@@ -113,18 +115,6 @@ def distances_from_axis(positions: Array, center: Array | Vector, axis: Array | 
         np.cross(positions - np.asarray(center), np.asarray(axis)), axis=1
     )
     return distances
-
-
-def _center_at_tip(state: RodState, axis: Array, contact_radius: float) -> Array:
-    """Return the point of the axis that the tip alone suggests [m].
-
-    The tip carries no moment: it curves towards its material y axis with the free curvature.
-    """
-    x, y, z, w = state.orientations[-1].tolist()
-    normal = np.array((2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)))
-    normal -= (normal @ axis) * axis
-    size = float(np.linalg.norm(normal))
-    return np.asarray(state.positions[-1] + (contact_radius / size if size else 0.0) * normal)
 
 
 def _fitted_center(points: Array, start: Array, contact_radius: float) -> Array:
