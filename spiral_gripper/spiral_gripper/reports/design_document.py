@@ -154,16 +154,14 @@ DESIGN = (
         margins=lambda d: [_margin(margin) for margin in d.margins],
     ),
 )  # fmt: skip
-POINT = (
-    *data(
-        tube="candidate.tube",
-        material="candidate.elastomer.name",
-        fiber_angle_beta="candidate.fiber_angle_beta",
-        fiber_angle_gamma="candidate.fiber_angle_gamma",
-        feasible="feasible",
-        pressure="pressure",
-        strain="strain",
-        length="length",
-        binding=lambda point: _margin(point.binding),
-    ),
+POINT = data(
+    tube="candidate.tube",
+    material="candidate.elastomer.name",
+    fiber_angle_beta="candidate.fiber_angle_beta",
+    fiber_angle_gamma="candidate.fiber_angle_gamma",
+    feasible="feasible",
+    pressure="pressure",
+    strain="strain",
+    length="length",
+    binding=lambda point: _margin(point.binding),
 )
