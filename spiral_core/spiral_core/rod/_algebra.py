@@ -238,7 +238,7 @@ def vector_from(row: Array, k: int) -> Vec:
 @inlined
 def vector_at(rows: Array, i: int) -> Vec:
     """Return row i of an (n, 3) array."""
-    return vector_from(rows[i], 0)
+    return (rows[i, 0], rows[i, 1], rows[i, 2])
 
 
 @inlined

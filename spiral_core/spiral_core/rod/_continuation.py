@@ -145,36 +145,31 @@ def disturb(q: Array, system: System, size: float) -> None:
 
 
 @compiled
-def with_outcome(found: Solution, outcome: int, iterations: int) -> Solution:
-    """Return the solution with another outcome and number of iterations."""
-    return Solution(
-        outcome,
-        iterations,
-        found.energy,
-        found.residual,
-        found.pivot,
-        found.step,
-        found.neutral,
-    )
+def with_outcome(found: Solution, outcome: int) -> Solution:
+    """Return the solution with another outcome."""
+    _, iterations, energy, residual, pivot, step, neutral = found
+    return Solution(outcome, iterations, energy, residual, pivot, step, neutral)
 
 
 @compiled
-def minimize_to_stable(q: Array, system: System, tolerance: float) -> Solution:
-    """Minimize from q in place; leave a stationary state that is not stable."""
+def minimize_to_stable(q: Array, system: System, tolerance: float, spent: int) -> Solution:
+    """Minimize from q in place; leave a stationary state that is not stable.
+
+    ``spent`` iterations came before, here and below; the solution's include them.
+    """
     size = DISTURBANCE
-    spent = 0
     while True:
-        found = minimize(q, system, Ending(tolerance, DESCENT_ITERATIONS, False))
-        spent += found.iterations
+        found = minimize(q, system, Ending(tolerance, DESCENT_ITERATIONS, False), spent)
         if found.outcome != UNSTABLE or abs(size) > DISTURBANCE * 4.0**DISTURBANCES:
-            return with_outcome(found, found.outcome, spent)
+            return found
+        spent = found.iterations
         disturb(q, system, size)
         size *= -4.0
 
 
 @compiled
 def follow_branch(
-    q: Array, start: System, end: System, at: float, tolerance: float
+    q: Array, start: System, end: System, at: float, tolerance: float, spent: int
 ) -> tuple[float, Solution]:
     """Follow the stable branch from ``at`` between two systems, where q rests, as far as it goes.
 
@@ -183,105 +178,99 @@ def follow_branch(
     """
     trial = np.empty_like(q)
     step = FIRST_STEP
-    spent = 0
     while True:
         target = at + step if at + step < 1.0 - 1e-9 else 1.0
         copy_nodes(q, trial)
         accuracy = tolerance if target == 1.0 else LOOSENING * tolerance
         ending = Ending(accuracy, PATH_ITERATIONS, True)
-        found = minimize(trial, blended(start, end, target), ending)
-        spent += found.iterations
+        found = minimize(trial, blended(start, end, target), ending, spent)
+        taken, spent = found.iterations - spent, found.iterations
         if found.outcome == CONVERGED and largest_turn(trial, q) < LARGEST_TURN:
             copy_nodes(trial, q)
             at = target
             if at == 1.0:
-                return at, with_outcome(found, CONVERGED, spent)
-            if found.iterations <= 3:
+                return at, found
+            if taken <= 3:
                 step *= 2.0
         elif step > SMALLEST_STEP:
             step *= 0.5
         else:
-            return at, with_outcome(found, LEFT_BRANCH, spent)
+            return at, with_outcome(found, LEFT_BRANCH)
 
 
 @compiled
 def follow_over_folds(
-    q: Array, start: System, end: System, at: float, tolerance: float
+    q: Array, start: System, end: System, at: float, tolerance: float, spent: int
 ) -> tuple[int, Solution]:
     """Follow the path from ``at``, where q rests, to ``end``, over its folds; q in place.
 
     Returns the number of folds and the solution at the end.
     """
-    folds, spent = 0, 0
+    folds = 0
     while True:
-        at, found = follow_branch(q, start, end, at, tolerance)
-        spent += found.iterations
-        if found.outcome == LEFT_BRANCH and folds < MAX_FOLDS:
+        at, found = follow_branch(q, start, end, at, tolerance, spent)
+        if found.outcome == LEFT_BRANCH:
+            if folds == MAX_FOLDS:
+                return folds, with_outcome(found, FOLD_LIMIT)
             folds += 1
             at = min(1.0, at + SMALLEST_STEP)
-            found = minimize_to_stable(q, blended(start, end, at), tolerance)
-            spent += found.iterations
-        elif found.outcome == LEFT_BRANCH:
-            return folds, with_outcome(found, FOLD_LIMIT, spent)
+            found = minimize_to_stable(q, blended(start, end, at), tolerance, found.iterations)
         if found.outcome != CONVERGED or at == 1.0:
-            return folds, with_outcome(found, found.outcome, spent)
+            return folds, found
+        spent = found.iterations
 
 
 @compiled
-def first_state(q: Array, start: System, end: System, tolerance: float) -> tuple[float, Solution]:
+def first_state(
+    q: Array, start: System, end: System, tolerance: float, spent: int
+) -> tuple[float, Solution]:
     """Bring the straight rod q to rest, in place, at the start of its loading path.
 
     A rod that buckles under an axial load may do so in any direction about it. Which one the path
     takes is decided by the first increment of the rest strain: there it starts then. Returns where.
     """
-    eased = minimize_to_stable(q, with_torsion_no_stiffer(start, EASY_TORSION), tolerance)
-    first = minimize_to_stable(q, start, tolerance)
-    spent = eased.iterations + first.iterations
+    eased = with_torsion_no_stiffer(start, EASY_TORSION)
+    found = minimize_to_stable(q, eased, tolerance, spent)
+    found = minimize_to_stable(q, start, tolerance, found.iterations)
     turned = np.empty_like(q)
     copy_nodes(q, turned)
     next_to_it = blended(start, end, SMALLEST_STEP)
     angle = turn_about_base_axis(turned, next_to_it)
-    if first.outcome == CONVERGED and not abs(angle) > LARGEST_FIRST_TURN:
-        return 0.0, with_outcome(first, CONVERGED, spent)
-    found = minimize_to_stable(turned, next_to_it, tolerance)
+    if found.outcome == CONVERGED and not abs(angle) > LARGEST_FIRST_TURN:
+        return 0.0, found
     copy_nodes(turned, q)
-    return SMALLEST_STEP, with_outcome(found, found.outcome, spent + found.iterations)
+    return SMALLEST_STEP, minimize_to_stable(q, next_to_it, tolerance, found.iterations)
 
 
 @compiled
-def follow_loading(system: System, tolerance: float) -> tuple[Array, int, Solution]:
+def follow_loading(system: System, tolerance: float, spent: int) -> tuple[Array, int, Solution]:
     """Follow the loading path of a rod, from the one without rest strain that hangs in its loads.
 
     A dead tip moment may be more than the straight rod bears: should the path fail with it, it is
     followed again with the moment growing along with the rest strain.
     Returns the orientations, the number of folds and the solution.
     """
-    spent = 0
     q = np.empty((len(system.steps) + 1, 4))
-    folds, found = 0, Solution(UNSTABLE, 0, 0.0, 0.0, 0.0, 0.0, 0)
+    folds, found = 0, Solution(UNSTABLE, spent, 0.0, 0.0, 0.0, 0.0, 0)
     for attempt in range(2):
         start = without_rest_strain(system, 1.0 - attempt)
         for i in range(len(q)):
             put_vector(q[i], 0, (0.0, 0.0, 0.0, 1.0))
-        at, found = first_state(q, start, system, tolerance)
-        spent += found.iterations
+        at, found = first_state(q, start, system, tolerance, found.iterations)
         if found.outcome == CONVERGED:
-            folds, found = follow_over_folds(q, start, system, at, tolerance)
-            spent += found.iterations
+            folds, found = follow_over_folds(q, start, system, at, tolerance, found.iterations)
         if found.outcome == CONVERGED:
             break
-    return q, folds, with_outcome(found, found.outcome, spent)
+    return q, folds, found
 
 
 @compiled
-def solve_from(q: Array, system: System, tolerance: float) -> tuple[int, Solution]:
+def solve_from(q: Array, system: System, tolerance: float, spent: int) -> tuple[int, Solution]:
     """Minimize from q, in place, on its branch; where it ends, find another state: one fold."""
-    found = minimize(q, system, Ending(tolerance, WARM_ITERATIONS, True))
+    found = minimize(q, system, Ending(tolerance, WARM_ITERATIONS, True), spent)
     if found.outcome == CONVERGED:
         return 0, found
-    spent = found.iterations
-    found = minimize_to_stable(q, system, tolerance)
-    return 1, with_outcome(found, found.outcome, spent + found.iterations)
+    return 1, minimize_to_stable(q, system, tolerance, found.iterations)
 
 
 @compiled
@@ -291,39 +280,35 @@ def loaded(q: Array, coarse: System, fine: System) -> tuple[int, Solution]:
     Writes the orientations on all elements into q; returns the number of folds and the solution.
     """
     spent = 0
-    system, on_all = coarse, coarse.steps.shape[0] == fine.steps.shape[0]
+    system, on_all = coarse, len(coarse.steps) == len(fine.steps)
     while True:
-        end, folds, found = follow_loading(system, DEFAULT_TOLERANCE)
-        spent += found.iterations
+        end, folds, found = follow_loading(system, DEFAULT_TOLERANCE, spent)
         if on_all:
             break
         if found.outcome == CONVERGED:
             end = resample(end, coarse.steps, fine.steps)
-            snaps, found = solve_from(end, fine, DEFAULT_TOLERANCE)
-            spent += found.iterations
+            snaps, found = solve_from(end, fine, DEFAULT_TOLERANCE, found.iterations)
             if found.outcome == CONVERGED and snaps == 0:
                 break
-        system, on_all = fine, True
+        spent, system, on_all = found.iterations, fine, True
     copy_nodes(end, q)
-    return folds, with_outcome(found, found.outcome, spent)
+    return folds, found
 
 
 @compiled
 def evaluated(q: Array, system: System, folds: int, found: Solution) -> SolvedRod:
     """Return the state with orientations q; not an answer if an element turns too far."""
     positions, moments, strains, turn = shape_from_orientations(q, system)
-    outcome = found.outcome
-    if outcome == CONVERGED and turn > LARGEST_ELEMENT_TURN:
-        outcome = UNRESOLVED
-    solution = with_outcome(found, outcome, found.iterations)
-    return SolvedRod(solution, folds, system.force.copy(), positions, moments, strains)
+    if found.outcome == CONVERGED and turn > LARGEST_ELEMENT_TURN:
+        found = with_outcome(found, UNRESOLVED)
+    return SolvedRod(found, folds, system.force.copy(), positions, moments, strains)
 
 
 @compiled
 def solve_system(q: Array, coarse: System, fine: System, is_start: bool) -> SolvedRod:
     """Return the state that q comes to rest in, or the one at the end of the loading path."""
     if is_start:
-        folds, found = solve_from(q, fine, DEFAULT_TOLERANCE)
+        folds, found = solve_from(q, fine, DEFAULT_TOLERANCE, 0)
     else:
         folds, found = loaded(q, coarse, fine)
     return evaluated(q, fine, folds, found)

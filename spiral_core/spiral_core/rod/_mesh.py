@@ -14,6 +14,8 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._element import Elements
 from spiral_core.rod._profiles import (
+    COLUMNS,
+    ROWS,
     SURVEY_SITES,
     pieces,
     section_samples,
@@ -190,8 +192,6 @@ def rest_turns(rod: Rod) -> list[float]:
 
 # Properties are looked at this fraction of an element inside of its ends, since they may jump.
 INSIDE = 1e-9
-# Where the four numbers of a section stand in its stiffness matrix.
-ROWS, COLUMNS = (0, 1, 2, 0), (0, 1, 2, 2)
 
 
 class Samples(NamedTuple):
@@ -236,8 +236,7 @@ def sampled(rod: Rod, nodes: Array) -> Samples:
     if isinstance(rod.section, Section):
         parts = [np.tile(part, (sites.size, 1, 1)) for part in rod.section.parts]
     else:
-        given = section_samples(rod, sites.ravel())
-        parts = [*section_parts(given[:, :, None] * np.eye(3) if given.ndim == 2 else given)]
+        parts = [*section_parts(section_samples(rod, sites.ravel()))]
     stiffness, compliance, coupling = (part.reshape(-1, 3, 3, 3) for part in parts)
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(-1, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))

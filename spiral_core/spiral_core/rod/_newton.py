@@ -111,8 +111,8 @@ def scales_of(system: System) -> Scales:
         bending = min(bending, 1.0 / soft.y, 1.0 / soft.z)
         length, shortest = length + step, min(shortest, step)
         across = max(across, abs(section.rest[1]), abs(section.rest[2]))
-    for force in system.force:
-        across = max(across, length * abs(force[1]), length * abs(force[2]))
+    for i in range(len(system.force)):
+        across = max(across, length * abs(system.force[i, 1]), length * abs(system.force[i, 2]))
     across = max(across, abs(system.tip_moment[1]), abs(system.tip_moment[2]))
     unit = bending / length
     return Scales(unit, PIVOT_TOLERANCE * bending / shortest, across / unit)
@@ -322,8 +322,8 @@ def line_search(
 
 
 @compiled
-def minimize(q: Array, system: System, ending: Ending) -> Solution:
-    """Minimize the rod's energy from q, in place.
+def minimize(q: Array, system: System, ending: Ending, spent: int) -> Solution:
+    """Minimize the rod's energy from q, in place; ``spent`` iterations came before.
 
     Newton's method with a shifted Hessian where it is indefinite and a backtracking line search on
     the energy.
@@ -375,5 +375,11 @@ def minimize(q: Array, system: System, ending: Ending) -> Solution:
         copy_nodes(space.trial, q)
         here = there
     return Solution(
-        outcome, iteration, here.energy, here.residual / unit, unshifted / unit, size, modes
+        outcome,
+        spent + iteration,
+        here.energy,
+        here.residual / unit,
+        unshifted / unit,
+        size,
+        modes,
     )

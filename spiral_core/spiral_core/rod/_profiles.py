@@ -22,6 +22,8 @@ from spiral_core.rod.types import (
     positive_definite,
 )
 
+# Where the four numbers of a section stand in its stiffness matrix.
+ROWS, COLUMNS = (0, 1, 2, 0), (0, 1, 2, 2)
 # Values at the ends of a piece are taken this far inside [of the rod's length]: what a profile says
 # at a break itself, and how the break's place was rounded, do not matter then.
 INSET = 1e-10
@@ -89,14 +91,13 @@ def sites_in(rod: Rod, piece: tuple[float, float], count: int) -> Array:
 
 
 def section_samples(rod: Rod, sites: Array) -> Array:
-    """Return a rod's stiffness at the sites: (n, 3), (n, 3, 3) or (n, 6, 6).
+    """Return a rod's stiffness matrices at the sites: (n, 3, 3) or (n, 6, 6).
 
     Raises:
         InvalidInputError: its function gives another shape, or what is not positive definite.
     """
     if isinstance(rod.section, Section):
-        given = np.asarray(rod.section.stiffness)
-        return np.broadcast_to(given, (len(sites), *given.shape))
+        return np.tile(rod.section.matrix, (len(sites), 1, 1))
     given = rod.section(sites)
     try:
         values = np.asarray(given, dtype=np.float64)
@@ -109,7 +110,7 @@ def section_samples(rod: Rod, sites: Array) -> Array:
             f"({len(sites)}, 3, 3) or ({len(sites)}, 6, 6)"
         )
         raise InvalidInputError("section", given, requirement)
-    return values
+    return values[:, :, None] * np.eye(3) if values.ndim == 2 else values
 
 
 def stiffness_samples(rod: Rod, sites: Array) -> Array:
@@ -122,10 +123,8 @@ def stiffness_samples(rod: Rod, sites: Array) -> Array:
     """
     if isinstance(rod.section, Section):
         return np.tile(rod.section.numbers, (len(sites), 1))
-    values = section_samples(rod, sites)
-    if values.ndim == 2:
-        return np.column_stack((values, np.zeros(len(values))))
-    return np.column_stack((values[:, 0, 0], values[:, 1, 1], values[:, 2, 2], values[:, 0, 2]))
+    four: Array = section_samples(rod, sites)[:, ROWS, COLUMNS]
+    return four
 
 
 def vector_samples(field: str, profile: VectorProfile, sites: Array) -> Array:
@@ -145,7 +144,7 @@ def is_plain(rod: Rod) -> bool:
     if isinstance(rod.section, Section):
         return rod.section.plain
     values = section_samples(rod, np.linspace(0.0, rod.length, SURVEY_SITES))
-    return values.ndim == 2 or (values.shape[1] == 3 and not values[:, 1, (0, 2)].any())
+    return values.shape[1] == 3 and not values[:, 1, (0, 2)].any()
 
 
 def require_plain(rod: Rod) -> None:

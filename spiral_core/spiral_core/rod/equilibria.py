@@ -70,7 +70,7 @@ def find_equilibria(
     generator = np.random.default_rng(seed)
     for _ in range(starts - 1):
         q = _scrambled(first.orientations, generator)
-        found = minimize_to_stable(q, system, DEFAULT_TOLERANCE)
+        found = minimize_to_stable(q, system, DEFAULT_TOLERANCE, 0)
         solved = evaluated(q, system, 0, found)
         state = state_from_solved(arc_lengths_of(system.steps), q, solved, system)
         if state.stable and not any(_same(state, other) for other in states):

@@ -160,27 +160,24 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[RodE
     folds: list[RodEvent] = []
     at, spent = 0.0, 0
     while True:
-        at, found = follow_branch(q, begin, end, at, DEFAULT_TOLERANCE)
-        spent += found.iterations
+        at, found = follow_branch(q, begin, end, at, DEFAULT_TOLERANCE, spent)
         if found.outcome != LEFT_BRANCH:
-            return folds, found._replace(iterations=spent)
-        here = blended(begin, end, at)
-        resting = q.copy()
-        last = minimize(resting, here, Ending(PATH_TOLERANCE, SETTLING_ITERATIONS, True))
-        before = _state(resting, here, 0, last)
-        position = index + at
+            return folds, found
+        here, resting = blended(begin, end, at), q.copy()
+        last = minimize(resting, here, Ending(PATH_TOLERANCE, SETTLING_ITERATIONS, True), 0)
+        before, position = _state(resting, here, 0, last), index + at
         at = min(1.0, at + SMALLEST_STEP)
         here = blended(begin, end, at)
-        found = minimize_to_stable(q, here, DEFAULT_TOLERANCE)
-        spent += found.iterations
-        after = _state(q, here, 1, found)
+        rest = minimize_to_stable(q, here, DEFAULT_TOLERANCE, 0)
+        spent = found.iterations + rest.iterations
+        after = _state(q, here, 1, rest)
         if after.status is not RodStatus.CONVERGED:
             raise SolverError(after.status, after.residual, after.iterations)
         folds.append(RodEvent(position, before, after))
         if len(folds) > MAX_FOLDS:
             raise SolverError(RodStatus.FOLD_LIMIT, after.residual, spent)
         if at == 1.0:
-            return folds, found._replace(iterations=spent)
+            return folds, rest._replace(iterations=spent)
 
 
 def _state(q: Array, system: System, folds: int, found: Solution) -> RodState:

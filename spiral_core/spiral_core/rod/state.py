@@ -14,7 +14,6 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod._algebra import matrices
 from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod._system import System
-from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._continuation import Point
 from spiral_core.rod.contact._mesh import node_lengths
 from spiral_core.rod.contact.obstacles import turns_about
@@ -270,7 +269,7 @@ class RodState:
         arrays = self._point.arrays
         obstacle = arrays.obstacles[index]
         pushes = -self.contact_forces[index]
-        _, normal, _ = distances(obstacle, self.positions, arrays.radius)
+        normal = self._point.solution.contacts[index].normal
         lever = self.positions - arrays.lever * normal - np.asarray(obstacle.position)
         return Resultant(pushes.sum(axis=0), np.cross(lever, pushes).sum(axis=0))
 

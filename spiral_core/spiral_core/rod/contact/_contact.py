@@ -421,13 +421,6 @@ def widen(
         x.normal[j] = np.maximum(x.normal[j], barrier / x.slack[j])
 
 
-def slip_of(x: Iterate, anchors: Anchors, j: int, normal: Array) -> Array:
-    """Return the slip (N + 1, 3) of the contact points from their anchors, tangential [m]."""
-    away = np.einsum("nij,nj->ni", matrices(x.q), anchors.arms[j]) + x.p - anchors.points[j]
-    tangential: Array = away - normal * np.sum(away * normal, axis=1)[:, None]
-    return tangential
-
-
 def carried(
     x: Iterate,
     anchors: Anchors | None,
@@ -450,7 +443,8 @@ def carried(
         arm = -lever * normal
         lag = np.zeros_like(x.p)
         if anchors is not None and old.friction > 0.0:
-            lag = slip_of(x, anchors, j, normal)
+            away = np.einsum("nij,nj->ni", turn, anchors.arms[j]) + x.p - anchors.points[j]
+            lag = away - normal * np.sum(away * normal, axis=1)[:, None]
             size = np.sqrt(np.sum(lag * lag, axis=1))
             most = STICK_SLIPS * slip
             lag *= (most / np.maximum(size, most))[:, None]

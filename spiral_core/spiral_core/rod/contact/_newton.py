@@ -400,10 +400,9 @@ def load_terms(arrays: Arrays, x: Iterate) -> Nodal:
         moment = np.einsum("nji,nj->ni", matrices(x.q), arrays.nodal[:, :3])
         gradient[:, :3] = -moment
         tangent[:, :3, :3] = -0.5 * skews(moment)
-    diagonal = np.arange(3)
     neutral = NEUTRAL * arrays.bending / arrays.length / count
-    tangent[:, diagonal, diagonal] += neutral
-    tangent[:, 3 + diagonal, 3 + diagonal] += neutral / arrays.length**2
+    every = np.arange(6)
+    tangent[:, every, every] += np.repeat((neutral, neutral / arrays.length**2), 3)
     return Nodal(gradient, gradient.copy(), tangent)
 
 

@@ -104,12 +104,9 @@ def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
     normal_forces, gaps = np.zeros(shape), np.zeros(shape)
     forces, sticking = np.zeros((*shape, 3)), np.zeros(shape, dtype=bool)
     for j, contact in enumerate(point.solution.contacts):
-        gaps[j], normal = contact.gap, contact.normal
+        gaps[j], sticking[j] = contact.gap, contact.sticks
         normal_forces[j] = x.normal[j] * contact.touchable
-        forces[j] = normal_forces[j][:, None] * normal
-        if contact.rubs:
-            forces[j] -= contact.touch.tau
-            sticking[j] = contact.sticks
+        forces[j] = normal_forces[j][:, None] * contact.normal - contact.touch.tau
     return normal_forces, gaps, forces, sticking
 
 
@@ -132,9 +129,7 @@ def _pulled_too_hard(arrays: Arrays, n: Array) -> bool:
 def _nodal_forces(n: Array, half: Array) -> Array:
     """Return the internal force at the nodes: the mean of both sides."""
     before, after = n - half, n + half
-    forces = np.empty((len(n) + 1, 3))
-    forces[0], forces[-1] = after[0], before[-1]
-    forces[1:-1] = 0.5 * (before[:-1] + after[1:])
+    forces: Array = 0.5 * (np.vstack((after[:1], before)) + np.vstack((after, before[-1:])))
     return forces
 
 

@@ -15,7 +15,6 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod._newton import CONVERGED
-from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._continuation import (
     NEXT_TO,
     SMALLEST_INCREMENT,
@@ -160,8 +159,8 @@ def _halving_changes(problem: RodProblem, start: RodState | Array | None, state:
         finer = _solved_on(problem, arrays, start)
         positions, found = finer.positions, finer.status is RodStatus.CONVERGED
     else:
-        x = halved(coarse, arrays)
-        x, _, solution, _ = attempt(unsolved(arrays, x), arrays, x.copy())
+        here = unsolved(arrays, halved(coarse, arrays))
+        x, _, solution, _ = attempt(here, arrays, here.x.copy())
         positions, found = x.p, solution.outcome == CONVERGED
     if not found:
         return math.inf
@@ -283,18 +282,14 @@ def _travel(
             here, before = replace(there, at=at), None
             stays += 1
             continue
-        if stop and gone:
-            log.events.append(RodEvent(position, last, None))
-            return None, None, spent
-        if stop or not rests or len(log.events) >= MAX_EVENTS:
-            after = state_from_point(tried(there), used, RodStatus.NOT_HELD)
-            after = replace(after, trail=np.array(trail))
-            log.events.append(RodEvent(position, last, after))
-            return None, None, spent
-        here = replace(there, at=at)
-        after = replace(state_from_point(here, used, log.status), trail=np.array(trail))
+        lost, after = stop or not rests or len(log.events) >= MAX_EVENTS, None
+        here, before = tried(there) if lost else replace(there, at=at), None
+        if not (stop and gone):
+            status = RodStatus.NOT_HELD if lost else log.status
+            after = replace(state_from_point(here, used, status), trail=np.array(trail))
         log.events.append(RodEvent(position, last, after))
-        before = None
+        if lost:
+            return None, None, spent
     return here, before, spent
 
 
@@ -302,11 +297,9 @@ def _from_straight(problem: RodProblem, arrays: Arrays) -> RodState:
     """Return the state reached from the straight rod, along its loading path."""
     x, first = straight(problem, arrays)
     here = unsolved(first, x)
-    for obstacle in arrays.obstacles:
-        gap, _, _ = distances(obstacle, x.p[1:], arrays.radius)
-        if not gap.min() > -1e-3 * max(arrays.radius, 1e-3 * arrays.length):
-            status = RodStatus.INSIDE_OBSTACLE
-            return state_from_point(tried(here), 0, status)
+    clear = -1e-3 * max(arrays.radius, 1e-3 * arrays.length)
+    if not all(contact.gap[1:].min() > clear for contact in here.solution.contacts):
+        return state_from_point(tried(here), 0, RodStatus.INSIDE_OBSTACLE)
     log = PathLog()
     spent = 0
     largest = FRICTION_INCREMENT if _rubs(arrays.obstacles) else 1.0

@@ -14,7 +14,7 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._continuation import Point, unsolved
 from spiral_core.rod.contact._mesh import Arrays, discretize, discretize_like
-from spiral_core.rod.contact._results import from_shape, state_from_point
+from spiral_core.rod.contact._results import from_shape, point_of_state, state_from_point
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
@@ -165,12 +165,11 @@ def _start(first: RodProblem, start: RodState | Array | None, elements: int | No
         nodes = len(start.positions if isinstance(start, RodState) else start)
         arrays = discretize(first, nodes - 1 if elements is None else elements)
         return unsolved(arrays, from_shape(first, arrays, start))
-    if start.status is not RodStatus.CONVERGED:
-        raise InvalidInputError("start", start.status, "a converged state")
-    count = start._point.arrays.count
-    if elements not in (None, count):
-        raise InvalidInputError("elements", elements, f"those of the start, {count}")
-    return replace(start._point, arrays=discretize_like(first, start._point.arrays))
+    point = point_of_state(start)
+    if elements not in (None, point.arrays.count):
+        requirement = f"those of the start, {point.arrays.count}"
+        raise InvalidInputError("elements", elements, requirement)
+    return replace(point, arrays=discretize_like(first, point.arrays))
 
 
 def _problem_at(problem: Problem, time: float) -> RodProblem:
