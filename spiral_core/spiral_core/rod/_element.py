@@ -282,18 +282,18 @@ def rotation_derivatives(turn: Turn, g_x: Vec, h_x: Mat) -> tuple[Vec, Vec, Mat,
     ``g_x`` and ``h_x`` are its derivatives by x, and dx/deta_1 = A1 = (w + [x]) / 2, A0 = -A1^T.
     """
     x, w = turn.x, turn.w
-    h_w, h_skew = matscale(0.5 * w, h_x), matscale(0.5, matmul_skew(h_x, x))
-    p0, p1 = matsubtract(h_w, h_skew), matadd(h_w, h_skew)
-    p1_w, p1_skew = matscale(0.5 * w, p1), matscale(0.5, skew_matmul(x, p1))
+    h_w, h_skew = matscale(w, h_x), matmul_skew(h_x, x)
+    p0, p1 = matscale(0.5, matsubtract(h_w, h_skew)), matscale(0.5, matadd(h_w, h_skew))
+    p1_w, p1_skew = matscale(w, p1), skew_matmul(x, p1)
     # Second derivatives of x itself.
     bow = -0.25 * dot(g_x, x)
     bowed = diagonal(bow, bow, bow)
     twist = matscale(0.25, matadd(matscale(w, skew(g_x)), with_transpose(outer(g_x, x))))
     h00 = matadd(matscale(0.5, matadd(matscale(w, p0), skew_matmul(x, p0))), bowed)
-    h11 = matadd(matsubtract(p1_w, p1_skew), bowed)
-    h01 = matsubtract(matadd(bowed, twist), matadd(p1_w, p1_skew))
-    turned, along = scale(0.5, cross(x, g_x)), scale(0.5 * w, g_x)
-    return scale(-1.0, add(along, turned)), subtract(along, turned), h00, h01, h11
+    h11 = matadd(matscale(0.5, matsubtract(p1_w, p1_skew)), bowed)
+    h01 = matadd(matadd(matscale(-0.5, matadd(p1_w, p1_skew)), bowed), twist)
+    turned, along = cross(x, g_x), scale(w, g_x)
+    return scale(-0.5, add(along, turned)), scale(0.5, subtract(along, turned)), h00, h01, h11
 
 
 @inlined
