@@ -49,6 +49,10 @@ from spiral_core.errors import NoCoilError as NoCoilError
 from spiral_core.errors import NotGrippableError as NotGrippableError
 from spiral_core.errors import SolverError as SolverError
 from spiral_core.errors import SpiralError as SpiralError
+from spiral_core.grip.capture import CaptureOutcome as CaptureOutcome
+from spiral_core.grip.capture import CaptureRegion as CaptureRegion
+from spiral_core.grip.capture import capture_region as capture_region
+from spiral_core.grip.capture import close_misplaced as close_misplaced
 from spiral_core.grip.closing import Orifice as Orifice
 from spiral_core.grip.closing import PressureCourse as PressureCourse
 from spiral_core.grip.closing import Supply as Supply

@@ -134,6 +134,13 @@ MISUSES = {
     "{D} --save {folder}/good.yaml": "exists already and is kept",
     "{D} --report x.doc": ".md, .html",
     "{D} --json --json=yes": "does not take a value",
+    # capture
+    "capture prototype_p1": "'--radius'",
+    "capture prototype_p1 --radius '-9 mm'": "above 0, got '-9 mm'",
+    "capture prototype_p1 --radius '9 mm' --pressure '1 MPa'": "is above limits.pressure_max",
+    "capture prototype_p1 --radius '9 mm' --payload '1 g' --gravity-magnitude '0 m/s^2'": "needs",
+    "capture prototype_p1 --radius '1 m'": "an object of radius 1 m cannot be gripped",
+    "capture prototype_p1 --radius '9 mm' --results a.json": ".jsonl",
     # sweep
     "sweep": "Usage: spiral-gripper sweep",
     "{P} --jobs 0": "1<=x<=1024",

@@ -29,7 +29,7 @@ NO_ANSWER = 2
 COMPUTING = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
 PATIENCE = 3.0
 # Commands that print what they have computed when they are interrupted.
-STEPWISE = ("close", "sweep")
+STEPWISE = ("capture", "close", "sweep")
 # Garbage is collected after so many new objects: most come with the libraries, and stay.
 NEW_OBJECTS = 200_000
 # Libraries that are not always installed: what needs them, and the extra that brings them.
@@ -55,6 +55,7 @@ COMMANDS = MappingProxyType(
         "shape": _Entry("gripper", "Compute the shape of a gripper at a pressure."),
         "wrap": _Entry("gripper", "Find the pressure that wraps an object."),
         "grip": _Entry("gripper", "Find the pressures that hold an object, and the forces."),
+        "capture": _Entry("capture", "Find how far off an object may be."),
         "close": _Entry("closing.close", "Simulate closing in real time; find the fastest rate."),
         "calibrate": _Entry("calibrate", "Fit a gripper's constants to bench measurements."),
         "grippers": _Entry("grippers", "List, show and check gripper files."),

@@ -8,14 +8,18 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
 from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_core.grip.capture import CaptureOutcome, CaptureRegion
 from spiral_core.grip.grip import Grip, GripCase, GripOutcome, refine, solve_grip
 from spiral_core.grip.holding import is_twist
-from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.setup import hanging_tube, lay_into_coil
 from spiral_core.grip.window import GripPoint
 from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
+from spiral_gripper.reports.grip.capture import BEYOND, COMPONENTS, ball_text, limit_texts
 from spiral_gripper.reports.grip.document import SolvedGrip
 from spiral_gripper.reports.grip.rows import PULLS
 from spiral_gripper.reports.shaded import (
@@ -197,6 +201,81 @@ def _draw_windows(axes: Axes, found: Sequence[tuple[float, GripOutcome]]) -> Non
     axes.plot(radii, tip, "--", color=COLORS[4], lw=0.9, label="tip criterion")
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0)
+
+
+TUBE_COLOR = "#c9b8a8"
+# Colors of what limits a region of capture.
+LIMIT_COLORS = {
+    CaptureOutcome.HOLDS: "#999999",
+    CaptureOutcome.TOO_WEAK: COLORS[3],
+    CaptureOutcome.PASSES_BY: COLORS[2],
+    CaptureOutcome.IN_THE_WAY: COLORS[0],
+    CaptureOutcome.NOT_ANSWERED: COLORS[4],
+}
+
+
+@paper_style()
+def capture_figure(region: CaptureRegion, title: str) -> Figure:
+    """Return a region of capture in the planes of the shifts and of the tilts, and its limits.
+
+    In the plane of the shifts the object in its place and the tube without pressure are drawn to
+    scale, seen along the object.
+
+    Raises:
+        InvalidInputError: the object is not held in its place.
+    """
+    if not region.axes:
+        raise InvalidInputError("plot", region.center.value, "an object that is held in its place")
+    figure = Figure(figsize=(7.6, 4.6), layout="constrained")
+    payload = "" if region.payload is None else f" carrying {shown(region.payload, 'kg')}"
+    friction = f"friction {region.setup.obstacle.friction:g}"
+    set_title(figure, f"{title},{payload} at {shown(region.pressure, 'Pa')}; {friction}", 110)
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 0.26))
+    shifts, tilts, numbers = (figure.add_subplot(at) for at in (grid[0, 0], grid[0, 1], grid[1, :]))
+    _draw_tube(shifts, region)
+    planes = ((shifts, region.shifts, (1, 0), "m"), (tilts, region.tilts, (3, 2), "rad"))
+    for axes, boundaries, (across, up), unit in planes:
+        corners = in_units(region.outline(boundaries)[:, [across, up]], unit)
+        axes.fill(*corners.T, color=PERFECT_COLOR, alpha=0.25, lw=0.0)
+        axes.plot(*np.vstack((corners, corners[:1])).T, color=PERFECT_COLOR, lw=0.8)
+        for corner, boundary in zip(corners, boundaries, strict=True):
+            axes.plot(*corner, "o", ms=3.5, color=LIMIT_COLORS[boundary.beyond])
+        axes.plot(0.0, 0.0, "+", color="black", ms=7)
+        center = np.linspace(0.0, 2.0 * np.pi, 181)
+        size = in_units(region.semi_axes[[across, up]], unit)
+        axes.plot(size[0] * np.cos(center), size[1] * np.sin(center), "--", color="black", lw=0.8)
+        axes.set_xlabel(axis_label(COMPONENTS[across][1], unit))
+        axes.set_ylabel(axis_label(COMPONENTS[up][1], unit))
+        axes.set_aspect("equal")
+        style_axes(axes)
+    for outcome in dict.fromkeys(each.beyond for each in (*region.shifts, *region.tilts)):
+        tilts.plot([], [], "o", ms=3.5, color=LIMIT_COLORS[outcome], label=BEYOND[outcome])
+    tilts.plot([], [], "--", color="black", lw=0.8, label="all errors at once")
+    figure.legend(loc="outside lower center", ncols=6, fontsize=7)
+    numbers.axis("off")
+    names = "\n".join((*(name for _, name, _ in COMPONENTS), "all at once"))
+    numbers.text(0.3, 0.5, names, ha="right", va="center", fontsize=7)
+    texts = "\n".join((*limit_texts(region), ball_text(region)))
+    numbers.text(0.32, 0.5, texts, va="center", fontsize=7)
+    return figure
+
+
+def _draw_tube(axes: Axes, region: CaptureRegion) -> None:
+    """Draw the object in its place and the hanging tube, to scale, seen along the object."""
+    setup = region.setup
+    center = np.asarray(setup.obstacle.position)
+    tube = (hanging_tube(setup).positions - center) @ setup.frame[[2, 1]].T
+    outer, radius = setup.gripper.tube.outer_radius, float(setup.obstacle.shape.feature_radius)
+    spheres = [Circle(tuple(place), float(in_units(outer, "m"))) for place in in_units(tube, "m")]
+    axes.add_collection(PatchCollection(spheres, color=TUBE_COLOR, lw=0.0))
+    body = Circle((0.0, 0.0), float(in_units(radius, "m")), fc="none", ec="#555555", lw=1.0)
+    axes.add_patch(body).set_label("object")
+    axes.fill([], [], color=TUBE_COLOR, label="tube without pressure")
+    shown_places = np.vstack((region.outline(region.shifts)[:, [1, 0]], tube[:1]))
+    low, high = in_units(
+        [shown_places.min(axis=0) - radius, shown_places.max(axis=0) + radius], "m"
+    )
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
 def coil_surfaces(point: GripPoint, reach: tuple[float, float] | None = None) -> list[Surface]:

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from rich.console import Console
@@ -18,7 +18,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.grip.capture import CaptureOutcome, Misplacement
 from spiral_core.grip.grip import GripCase, GripOutcome
+from spiral_core.grip.setup import GripSetup
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message
 from spiral_gripper.files.storage import FileError, read_text, reason_of, write_file
@@ -26,29 +28,29 @@ from spiral_gripper.files.storage import FileError, read_text, reason_of, write_
 # Pressures at which two grippers' rods are compared, to tell whether they are the same.
 COMPARED_PRESSURES = 9
 
+Outcome = TypeVar("Outcome")
 
-class StudyFile:
-    """The outcomes of a study, a JSON line each, beside what they are of.
+
+class LineFile(Generic[Outcome]):
+    """A file of outcomes, a JSON line each, beside what they are of.
 
     Args:
         path: a .jsonl file, begun or not; None keeps nothing.
-        cases: of the study.
+        outcome_of: makes an outcome from what a line has of it.
 
     Raises:
         FileError: the file cannot be read.
         InvalidInputError: a line of it is no outcome of a study.
 
     Attributes:
-        known: outcomes that the file has already, by the number of their case.
+        kept: outcomes that the file has already, by what they are of, in JSON.
     """
 
-    def __init__(self, path: Path | None, cases: Sequence[GripCase]) -> None:
+    def __init__(self, path: Path | None, outcome_of: Callable[[Any], Outcome]) -> None:
         self._path = path
-        self._cases = cases
-        self.known: dict[int, GripOutcome] = {}
+        self.kept: dict[str, Outcome] = {}
         if path is None or not path.exists():
             return
-        keys = {_key(case): number for number, case in enumerate(cases)}
         text = read_text(path)
         whole = text
         last = text[text.rfind("\n") + 1 :]
@@ -57,30 +59,85 @@ class StudyFile:
         for count, line in enumerate(whole.splitlines(), start=1):
             try:
                 entry = json.loads(line)
-                key, outcome = entry["case"], GripOutcome(**entry["outcome"])
+                key, outcome = entry["case"], outcome_of(entry["outcome"])
             except (ValueError, KeyError, TypeError):
                 requirement = "an outcome of a study, in JSON"
                 raise InvalidInputError(f"{path}: line {count}", line, requirement) from None
-            number = keys.get(json.dumps(key))
-            if number is not None:
-                self.known[number] = outcome
+            self.kept[json.dumps(key)] = outcome
         if whole != text:
             write_file(path, whole)
 
-    def keep(self, number: int, outcome: GripOutcome) -> None:
+    def append(self, case: Sequence[Any], outcome: object) -> None:
         """Append an outcome at once.
+
+        Args:
+            case: what it is of, as values of JSON.
+            outcome: likewise.
 
         Raises:
             FileError: the file cannot be written.
         """
         if self._path is None:
             return
-        entry = {"case": json.loads(_key(self._cases[number])), "outcome": asdict(outcome)}
         try:
             with self._path.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(entry) + "\n")
+                file.write(json.dumps({"case": list(case), "outcome": outcome}) + "\n")
         except OSError as error:
             raise FileError(str(self._path), "written", reason_of(error)) from None
+
+
+class StudyFile:
+    """The outcomes of a study of grips in a :class:`LineFile`.
+
+    Args:
+        path: a .jsonl file, begun or not; None keeps nothing.
+        cases: of the study.
+
+    Attributes:
+        known: outcomes that the file has already, by the number of their case.
+    """
+
+    def __init__(self, path: Path | None, cases: Sequence[GripCase]) -> None:
+        self._keys = [_key(case) for case in cases]
+        self._file = LineFile(path, lambda outcome: GripOutcome(**outcome))
+        numbers = {json.dumps(key): number for number, key in enumerate(self._keys)}
+        kept = self._file.kept
+        self.known = {numbers[key]: kept[key] for key in kept if key in numbers}
+
+    def keep(self, number: int, outcome: GripOutcome) -> None:
+        """Append an outcome at once; see :meth:`LineFile.append`."""
+        self._file.append(self._keys[number], asdict(outcome))
+
+
+class CaptureFile:
+    """The outcomes of closing on misplaced objects in a :class:`LineFile`.
+
+    Args:
+        path: a .jsonl file, begun or not; None keeps nothing.
+        setup: the gripper and its object in its place.
+        pressure: up to which it closes [Pa].
+        payload: that it has to hold [kg], or None.
+
+    Attributes:
+        known: outcomes that the file has already, by their misplacement.
+    """
+
+    def __init__(
+        self, path: Path | None, setup: GripSetup, pressure: float, payload: float | None
+    ) -> None:
+        asked = (setup.obstacle, setup.closing, setup.element_count, pressure, payload)
+        digest = hashlib.sha256(repr(asked).encode()).hexdigest()[:16]
+        self._key = [setup.gripper.name, *setup.gripper.gravity, _digest(setup.gripper), digest]
+        self._file = LineFile(path, CaptureOutcome.__getitem__)
+        self.known: dict[Misplacement, CaptureOutcome] = {}
+        for key, outcome in self._file.kept.items():
+            *case, misplacement = json.loads(key)
+            if case == self._key:
+                self.known[tuple(misplacement)] = outcome
+
+    def keep(self, misplacement: Misplacement, outcome: CaptureOutcome) -> None:
+        """Append an outcome at once; see :meth:`LineFile.append`."""
+        self._file.append([*self._key, misplacement], outcome.name)
 
 
 def case_as_dict(case: GripCase, outcome: GripOutcome) -> dict[str, Any]:
@@ -140,11 +197,11 @@ def _force(force: float | None, is_lower_bound: bool, unknown: str) -> str:
     return ("> " if is_lower_bound else "") + number(force, "N", 3)
 
 
-def _key(case: GripCase) -> str:
+def _key(case: GripCase) -> list[Any]:
     """Return what tells a case from all others: figures, and a digest of its gripper."""
     gripper = case.gripper
     names = (gripper.name, case.radius, case.friction, *gripper.gravity, case.closing.name)
-    return json.dumps([*names, _digest(gripper)])
+    return [*names, _digest(gripper)]
 
 
 def _digest(gripper: Gripper) -> str:

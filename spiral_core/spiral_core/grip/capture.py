@@ -1,0 +1,481 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Region of capture: how far off an object may be for closing to end wrapped and holding.
+
+A misplacement has five components (5,): shifts of the object across its axis, away from the base
+and across both [m]; tilts about these two directions, which :attr:`GripSetup.frame` has [rad]; and
+the error of its radius [m]. Its axis stays where it is if its radius is another one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import partial
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from spiral_core.brief import brief_repr
+from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
+from spiral_core.grip.holding import HoldingForce, Pull, holding_force
+from spiral_core.grip.places import FARTHEST_SHIFT, moved
+from spiral_core.grip.setup import GripSetup, hanging_tube
+from spiral_core.grip.window import GripPoint, Progress, raised
+from spiral_core.rod.contact.shapes import Cylinder
+from spiral_core.rod.state import RodStatus
+from spiral_core.rod.types import Array
+from spiral_core.validation import require_in_range, require_positive, require_vector
+
+Misplacement = tuple[float, ...]
+
+# Boundaries are located to this much of a misplacement.
+RESOLUTION = np.array((2e-4, 2e-4, math.radians(0.5), math.radians(0.5), 2e-4))
+# They are looked for up to the same shifts as places are, to these tilts, and up to this fraction
+# of the radius: in so many steps outwards.
+LARGEST_TILT = math.radians(40.0)
+LARGEST_RADIUS_ERROR = 0.5
+OUTWARD_STEPS = 10
+# Directions of a plane in which they are looked for in this way; between two of them the boundary
+# is followed from the straight line that joins theirs: once, then up to so many times where it was
+# farther from that line than this many resolutions.
+DIRECTIONS = 8
+FOLLOWED, BENT = 3, 2.5
+# The ball is located to this part of its size.
+BALL_STEPS = 32
+# An ellipsoid is not thinner than this [m, rad].
+SMALLEST = 1e-9
+SHIFTS, TILTS = PLANES = (0, 1), (2, 3)
+
+
+class CaptureOutcome(Enum):
+    """What closing on a misplaced object ends in; the value says it in words."""
+
+    HOLDS = "wraps and holds"
+    TOO_WEAK = "wraps, but is too weak"
+    PASSES_BY = "the tip passes it by"
+    IN_THE_WAY = "cannot begin: the object lies in the way"
+    NOT_ANSWERED = "no certified answer"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MisplacedGrip:
+    """A gripper closed on a misplaced object.
+
+    Args:
+        outcome: what it ends in.
+        pressure: at which closing ends [Pa].
+        status: of the last state that was looked for, a RodStatus.
+        point: the grip there; None where closing did not begin or could not be followed.
+        held: along gravity with a payload, else away from the base; None where nothing is wrapped.
+    """
+
+    outcome: CaptureOutcome
+    pressure: float
+    status: Enum
+    point: GripPoint | None = None
+    held: HoldingForce | None = None
+
+
+def close_misplaced(
+    setup: GripSetup,
+    pressure: float,
+    misplacement: Sequence[float] | Array,
+    payload: float | None = None,
+    elements: int | None = None,
+) -> MisplacedGrip:
+    """Return what slow closing up to a pressure does with an object that is misplaced.
+
+    The tube is followed from the hanging one, also where it snaps onto the object; what counts is
+    where it rests at the pressure. It holds if it is wrapped (:attr:`GripPoint.is_wrapped`) and its
+    holding force along gravity is at least the payload's weight, once: the twofold force of
+    :meth:`Grip.recommended_pressure` is the margin that a misplacement may use up. Without payload
+    any force away from the base is enough.
+
+    Args:
+        setup: the gripper and its object, a cylinder, in its place.
+        pressure: gauge pressure [Pa], in (0, limit].
+        misplacement: (5,), see the module.
+        payload: mass of the object [kg].
+        elements: of the rod; None takes the setup's.
+
+    Raises:
+        InvalidInputError: a value is out of its range; a payload without gravity; no cylinder.
+    """
+    weight = _weight(setup, pressure, payload)
+    off = require_vector("misplacement", misplacement, 5)
+    radius = require_positive("radius", setup.obstacle.shape.feature_radius + off[4])
+    count = setup.element_count if elements is None else elements
+    there = moved(replace(setup, elements=count), np.array((0.0, *off[:4])))
+    there = replace(there, obstacle=replace(there.obstacle, shape=Cylinder(radius)))
+    try:
+        point, path = raised(GripPoint(0.0, there, hanging_tube(there)), pressure)
+    except NotGrippableError:
+        return MisplacedGrip(CaptureOutcome.IN_THE_WAY, pressure, RodStatus.INSIDE_OBSTACLE)
+    except SolverError as error:
+        return MisplacedGrip(CaptureOutcome.NOT_ANSWERED, pressure, error.status)
+    if point is None:
+        touches = path.self_contact is not None
+        status = RodStatus.SELF_CONTACT if touches else path.events[-1].last.status
+        return MisplacedGrip(CaptureOutcome.NOT_ANSWERED, pressure, status)
+    if not point.is_wrapped:
+        return MisplacedGrip(CaptureOutcome.PASSES_BY, pressure, point.state.status, point)
+    held = holding_force(point, Pull.AWAY if payload is None else Pull.DOWN)
+    enough = held.force > 0.0 if payload is None else held.force >= weight
+    outcome = CaptureOutcome.HOLDS if enough else CaptureOutcome.TOO_WEAK
+    if not enough and (held.is_lower_bound or math.isnan(held.force)):
+        outcome = CaptureOutcome.NOT_ANSWERED
+    return MisplacedGrip(outcome, pressure, point.state.status, point, held)
+
+
+def _weight(setup: GripSetup, pressure: float, payload: float | None) -> float:
+    """Return the weight to hold [N]; check what a misplaced object is closed on with."""
+    if not isinstance(setup.obstacle.shape, Cylinder):
+        raise InvalidInputError("obstacle", setup.obstacle.shape, "a Cylinder")
+    limit = setup.gripper.pressure_max
+    require_in_range("pressure", require_positive("pressure", pressure), 0.0, limit, "Pa")
+    if payload is None:
+        return 0.0
+    weight = require_positive("payload", payload) * math.hypot(*setup.gripper.gravity)
+    if not weight > 0.0:
+        raise InvalidInputError("payload", payload, "none without gravity", "kg")
+    return weight
+
+
+@dataclass(frozen=True, slots=True)
+class Boundary:
+    """Where the region of capture ends in one direction from its center.
+
+    Args:
+        direction: (5,) as fractions of :attr:`CaptureRegion.reach`, a unit vector.
+        fraction: of the reach at which the object was last held on the way out.
+        beyond: what closing ends in a little further out; HOLDS if the object is held up to the
+            reach.
+    """
+
+    direction: Misplacement
+    fraction: float
+    beyond: CaptureOutcome
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CaptureRegion:
+    """Misplacements from which closing at one pressure ends wrapped and holding.
+
+    Each boundary is the first one on a straight way from the center; the region may begin again
+    beyond it. Where nothing is held even at the center, there are no boundaries.
+
+    Args:
+        setup: the gripper and its object in its place.
+        pressure: up to which it closes [Pa].
+        payload: that it has to hold [kg]; None: only itself.
+        center: what it ends in without misplacement.
+        reach: largest misplacement looked at in each direction (5,).
+        shifts: in the plane of the two shifts, by rising angle; that of ``direction``.
+        tilts: likewise of the two tilts.
+        radius: the lower and the upper one with an error of the radius alone.
+        ball: largest s for which an ellipsoid with semi-axes s times :attr:`smaller_limits` is
+            safe, of what both outlines and 72 directions between the axes tell.
+        ball_beyond: what is met first outside of it; HOLDS if nothing.
+        closings: that it took.
+    """
+
+    __repr__ = brief_repr
+
+    setup: GripSetup
+    pressure: float
+    payload: float | None
+    center: CaptureOutcome
+    reach: Misplacement
+    shifts: tuple[Boundary, ...] = ()
+    tilts: tuple[Boundary, ...] = ()
+    radius: tuple[Boundary, ...] = ()
+    ball: float = 0.0
+    ball_beyond: CaptureOutcome = CaptureOutcome.NOT_ANSWERED
+    closings: int = 1
+
+    @property
+    def axes(self) -> tuple[tuple[Boundary, Boundary], ...]:
+        """Boundaries with one component alone, the lower and the upper one of each; or none."""
+        ends = {each.direction: each for each in (*self.shifts, *self.tilts, *self.radius)}
+        ways = [tuple(way) for way in np.eye(5).tolist()] if ends else []
+        return tuple((ends[tuple(-one for one in way)], ends[way]) for way in ways)
+
+    @property
+    def limits(self) -> Array:
+        """Largest safe error in each direction with the others at zero (5, 2): lower, upper."""
+        signs = (-1.0, 1.0)
+        ends = [
+            [s * each.fraction for s, each in zip(signs, pair, strict=True)] for pair in self.axes
+        ]
+        limits: Array = np.array(ends or np.zeros((5, 2))) * np.array(self.reach)[:, None]
+        return limits
+
+    @property
+    def smaller_limits(self) -> Array:
+        """The smaller of the two limits in each direction (5,)."""
+        smaller: Array = np.abs(self.limits).min(axis=1)
+        return smaller
+
+    @property
+    def semi_axes(self) -> Array:
+        """Semi-axes of the ellipsoid in which all misplacements are safe (5,)."""
+        semi_axes: Array = self.ball * self.smaller_limits
+        return semi_axes
+
+    def outline(self, boundaries: Sequence[Boundary]) -> Array:
+        """Return the misplacements (n, 5) at boundaries."""
+        places = [each.fraction * np.array(each.direction) for each in boundaries]
+        at: Array = np.array(places).reshape(-1, 5) * np.array(self.reach)
+        return at
+
+    def margin(self, misplacement: Sequence[float] | Array) -> float:
+        r"""Return which part of the way to the boundary of the ellipsoid is left.
+
+        .. math:: 1 - \sqrt{\sum_i (x_i / a_i)^2}
+
+        with the :attr:`semi_axes` a. Below 0 the object may still be held: the ellipsoid lies
+        inside of the region. Minus infinity where nothing is held at the center.
+
+        Raises:
+            InvalidInputError: not five finite numbers.
+        """
+        off = np.array(require_vector("misplacement", misplacement, 5))
+        if self.center is not CaptureOutcome.HOLDS:
+            return -math.inf
+        return 1.0 - float(np.linalg.norm(off / np.maximum(self.semi_axes, SMALLEST)))
+
+
+# Yields misplacements (5,), receives what closing on them ends in; yields its answer at last.
+Answer = Boundary | CaptureOutcome
+Search = Generator[Array | Answer, CaptureOutcome, None]
+
+
+def capture_region(
+    setup: GripSetup,
+    pressure: float,
+    payload: float | None = None,
+    *,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    known: Mapping[Misplacement, CaptureOutcome] | None = None,
+    keep: Callable[[Misplacement, CaptureOutcome], None] | None = None,
+) -> CaptureRegion:
+    """Return the misplacements from which closing up to a pressure ends wrapped and holding.
+
+    From the center outwards a boundary is looked for in ten steps of the reach, then between the
+    last two: along the axes and the diagonals of two planes. Strips thinner than a step that are
+    not held can be missed. Between these directions the boundary is followed from the straight line
+    between its neighbors. Some 300 closings.
+
+    Args:
+        setup: the gripper and its object, a cylinder, in its place.
+        pressure: up to which it closes [Pa], as a rule the recommended one.
+        payload: mass of the object [kg]; see :func:`close_misplaced`.
+        executor: where; None closes one after the other, here.
+        progress: called with the number of directions done and the number there are, after each
+            closing.
+        known: outcomes of an interrupted search; they are not computed again.
+        keep: called with each new outcome as soon as it is known.
+
+    Raises:
+        InvalidInputError: see :func:`close_misplaced`.
+    """
+    _weight(setup, pressure, payload)
+    setup = replace(setup, elements=setup.element_count)
+    radius = float(setup.obstacle.shape.feature_radius)
+    shift = FARTHEST_SHIFT * (radius + setup.gripper.tube.outer_radius)
+    reach = np.array((shift, shift, LARGEST_TILT, LARGEST_TILT, LARGEST_RADIUS_ERROR * radius))
+    closings = _Closings(
+        partial(_outcome, setup, pressure, payload), executor, progress, keep, known
+    )
+    (center,) = closings.solve([_once(np.zeros(5))])
+    empty = CaptureRegion(setup, pressure, payload, center, tuple(reach.tolist()))
+    if center is not CaptureOutcome.HOLDS:
+        return empty
+    turns = [number / DIRECTIONS for number in range(DIRECTIONS)]
+    ways = [_in_plane(plane, turn) for plane in PLANES for turn in turns]
+    between = _between_axes()
+    closings.total += 2 * len(ways) + 2 + len(between)
+    last = np.eye(5)[4]
+    found = closings.solve([_outwards(reach, way) for way in (*ways, -last, last)])
+    first = [dict(zip(turns, found[n * DIRECTIONS :], strict=False)) for n in range(len(PLANES))]
+    shifts, tilts = map(partial(_followed, closings, reach), PLANES, first)
+    region = replace(empty, shifts=shifts, tilts=tilts, radius=tuple(found[-2:]))
+    ball, beyond = _ball(closings, region, between)
+    return replace(region, ball=ball, ball_beyond=beyond, closings=len(closings.used))
+
+
+def _in_plane(plane: tuple[int, int], turn: float) -> Array:
+    """Return the unit vector (5,) at an angle in a plane, as a fraction of a turn."""
+    direction = np.zeros(5)
+    angle = 2.0 * math.pi * turn
+    direction[list(plane)] = np.round((math.cos(angle), math.sin(angle)), 15)
+    return direction
+
+
+def _between_axes() -> list[Array]:
+    """Return the unit vectors (72, 5) in the middle between two axes, and between all five."""
+    ways = [way for way in product((-1.0, 0.0, 1.0), repeat=5) if way.count(0.0) in (0, 3)]
+    return [np.array(way) / np.linalg.norm(way) for way in ways]
+
+
+def _resolutions(reach: Array, way: Array) -> float:
+    """Return how many resolutions the reach is in a direction."""
+    return float(np.max(np.abs(way) * reach / RESOLUTION))
+
+
+def _outwards(reach: Array, way: Array, guess: float | None = None) -> Search:
+    """Look for a boundary: outwards from the center, or around a guess of its fraction."""
+    resolution = 1.0 / _resolutions(reach, way)
+    low, high, beyond = 0.0, math.inf, CaptureOutcome.HOLDS
+    at = step = 1.0 / OUTWARD_STEPS
+    if guess is not None:
+        at, step = max(guess, resolution) - 0.5 * resolution, resolution
+        if not guess < 1.0:
+            at = 1.0
+    while low < 1.0 and (math.isinf(high) or high - low > resolution):
+        outcome = yield at * way * reach
+        if outcome is CaptureOutcome.HOLDS:
+            low = at
+        else:
+            high, beyond = at, outcome
+        if math.isinf(high):
+            at = min(round(low + step, 12), 1.0)
+        elif guess is not None and not low > 0.0:
+            at = max(high - step, 0.5 * high)
+        else:
+            at = 0.5 * (low + high)
+        if guess is not None:
+            step *= 2.0
+    yield Boundary(tuple(way.tolist()), low, beyond)
+
+
+def _followed(
+    closings: _Closings, reach: Array, plane: tuple[int, int], outline: dict[float, Boundary]
+) -> tuple[Boundary, ...]:
+    """Return an outline with boundaries between its own, more of them where it is bent.
+
+    It is given by the direction, as a fraction of a turn, and its directions are even.
+    """
+    found = dict(outline)
+    half = 0.5 / len(outline)
+    turns = [turn + half for turn in outline]
+    for _ in range(FOLLOWED):
+        guesses = [
+            _between(found[turn - half].fraction, found[(turn + half) % 1.0].fraction, half)
+            for turn in turns
+        ]
+        searches = [
+            _outwards(reach, _in_plane(plane, turn), guess)
+            for turn, guess in zip(turns, guesses, strict=True)
+        ]
+        found |= zip(turns, closings.solve(searches), strict=True)
+        half *= 0.5
+        turns = [
+            turn + side
+            for turn, guess in zip(turns, guesses, strict=True)
+            if abs(found[turn].fraction - guess) * _resolutions(reach, _in_plane(plane, turn))
+            > BENT
+            for side in (-half, half)
+        ]
+        closings.total += len(turns)
+    return tuple(found[turn] for turn in sorted(found))
+
+
+def _between(first: float, second: float, turn: float) -> float:
+    """Return how far the line between two points of an outline is in the middle between them.
+
+    At the reach where both are. ``turn`` is half of the angle between them, in turns.
+    """
+    if first + second in (0.0, 2.0):
+        return first
+    return 2.0 * first * second * math.cos(2.0 * math.pi * turn) / (first + second)
+
+
+def _ball(
+    closings: _Closings, region: CaptureRegion, ways: Sequence[Array]
+) -> tuple[float, CaptureOutcome]:
+    """Return by how much the smaller limits have to be scaled to be safe, and what limits it.
+
+    At most by what lies within both outlines. A way that is safe is taken to be safe at smaller
+    sizes too.
+    """
+    boundaries, places = (
+        (*region.shifts, *region.tilts),
+        [way * region.smaller_limits for way in ways],
+    )
+    shares = region.outline(boundaries) / np.maximum(region.smaller_limits, SMALLEST)
+    sizes = [1.0, *np.linalg.norm(shares, axis=1).tolist()]
+    nearest = int(np.argmin(sizes))
+    beyond = [CaptureOutcome.HOLDS, *(each.beyond for each in boundaries)][nearest]
+    low, high = 0.0, sizes[nearest]
+    at = high
+    while high - low > 1.0 / BALL_STEPS:
+        outcomes = closings.solve([_once(at * place) for place in places])
+        failing = [n for n, each in enumerate(outcomes) if each is not CaptureOutcome.HOLDS]
+        if failing:
+            high, beyond = at, outcomes[failing[0]]
+            places = [places[number] for number in failing]
+        else:
+            low = at
+        at = 0.5 * (low + high)
+    return low, beyond
+
+
+def _once(place: Array) -> Search:
+    """Close on one misplaced object."""
+    yield (yield place)
+
+
+class _Closings:
+    """Closings for searches that go on side by side, here or on an executor.
+
+    Attributes:
+        total: searches that there are, for the progress.
+        used: misplacements whose outcome was used.
+    """
+
+    def __init__(
+        self,
+        task: Callable[[Misplacement], CaptureOutcome],
+        executor: Executor | None,
+        progress: Progress | None,
+        keep: Callable[[Misplacement, CaptureOutcome], None] | None,
+        known: Mapping[Misplacement, CaptureOutcome] | None,
+    ) -> None:
+        self._task = task
+        self._map: Callable[..., Iterator[CaptureOutcome]] = executor.map if executor else map
+        self._progress = progress or (lambda *_: None)
+        self._keep = keep or (lambda *_: None)
+        self._known = dict(known or {})
+        self._done, self.total = 0, 1
+        self.used: set[Misplacement] = set()
+
+    def solve(self, searches: Sequence[Search]) -> list[Any]:
+        """Return the answers of searches, in their order; they go on in step."""
+        said = [next(search) for search in searches]
+        while True:
+            asking = [number for number, each in enumerate(said) if isinstance(each, np.ndarray)]
+            places = [tuple((np.array(said[number]) + 0.0).tolist()) for number in asking]
+            self.used |= set(places)
+            new = [place for place in places if place not in self._known]
+            for place, outcome in zip(new, self._map(self._task, new), strict=True):
+                self._known[place] = outcome
+                self._keep(place, outcome)
+                self._progress(self._done + len(said) - len(asking), self.total)
+            if not asking:
+                self._done += len(said)
+                return said
+            for number, place in zip(asking, places, strict=True):
+                said[number] = searches[number].send(self._known[place])
+
+
+def _outcome(
+    setup: GripSetup, pressure: float, payload: float | None, misplacement: Misplacement
+) -> CaptureOutcome:
+    """Return what closing on a misplaced object ends in."""
+    return close_misplaced(setup, pressure, misplacement, payload).outcome

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``capture``: how far off an object may be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from spiral_gripper.cli.gripper import described, mounted, require_pressure
+from spiral_gripper.cli.output import print_json, print_rows, write_picture
+from spiral_gripper.cli.types import (
+    FRICTION,
+    MASS,
+    POSITIVE_LENGTH,
+    PRESSURE,
+    Suffixed,
+    gripper_argument,
+    mount_options,
+    option,
+    output_options,
+    plot_option,
+    typed,
+)
+from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
+
+if TYPE_CHECKING:
+    from spiral_core.grip.setup import GripSetup
+
+
+@click.command()
+@gripper_argument
+@option("--radius", POSITIVE_LENGTH, "Radius of a cylinder.", required=True)
+@option("--payload", MASS, "Mass of the object to carry.")
+@option(
+    "--friction",
+    FRICTION,
+    "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
+    metavar="MU",
+)
+@option("--pressure", PRESSURE, "Close up to this pressure.  [default: the recommended one]")
+@option(
+    "--results",
+    Suffixed((".jsonl",)),
+    "A .jsonl file with one line for each closing; those found in it are not computed again.",
+)
+@mount_options
+@jobs_option
+@output_options
+@plot_option
+def capture(
+    gripper: str,
+    radius: float,
+    payload: float | None,
+    friction: float | None,
+    pressure: float | None,
+    results: Path | None,
+    jobs: int | None,
+    as_json: bool,
+    plot: Path | None,
+    **options: object,
+) -> int:
+    """Print how far off an object may be for GRIPPER to end wrapped around it and holding.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file. It closes slowly up
+    to one pressure, with contact and friction, on the object in many misplacements: shifted across
+    its axis, tilted, thicker or thinner. Exit code 1: it is not held in its place.
+    """
+    from spiral_core.grip.capture import CaptureOutcome, capture_region
+    from spiral_core.grip.setup import lay_into_coil
+    from spiral_gripper.reports.fields import document_of, rows_of
+    from spiral_gripper.reports.grip.capture import CAPTURE
+    from spiral_gripper.reports.grip.study import CaptureFile
+
+    description = described(gripper)
+    mount = mounted(description.gripper, options)
+    if payload is not None and not any(mount.gravity):
+        raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
+    if pressure is not None:
+        require_pressure(description, pressure, typed("pressure"))
+    setup = lay_into_coil(mount, radius, friction=friction)
+    if pressure is None:
+        pressure = recommended(setup, payload, quiet=as_json)
+    store = CaptureFile(results, setup, pressure, payload)
+    with worker_pool(jobs) as executor, progress_bar("closing", quiet=as_json) as progress:
+        region = capture_region(
+            setup,
+            pressure,
+            payload,
+            executor=executor,
+            progress=progress,
+            known=store.known,
+            keep=store.keep,
+        )
+    if as_json:
+        print_json(document_of(CAPTURE, region))
+    else:
+        print_rows(f"{mount.name}, how far off may it be?", rows_of(CAPTURE, region))
+    if plot is not None:
+        from spiral_gripper.reports.grip.plots import capture_figure
+
+        write_picture(capture_figure(region, f"{mount.name} on radius {typed('radius')}"), plot)
+    return 0 if region.center is CaptureOutcome.HOLDS else 1
+
+
+def recommended(setup: GripSetup, payload: float | None, *, quiet: bool) -> float:
+    """Return the pressure that ``grip`` recommends [Pa].
+
+    Raises:
+        NotGrippableError: no pressure wraps the object, or carries the payload.
+    """
+    from spiral_core.grip.grip import solve_grip
+    from spiral_core.grip.holding import Pull
+
+    pulls, pressures = ((), ()) if payload is None else ((Pull.DOWN,), None)
+    with progress_bar("closing, then pulling", quiet=quiet) as progress:
+        grip = solve_grip(setup, pulls, pressures=pressures, progress=progress)
+    return grip.recommended_pressure(payload)
