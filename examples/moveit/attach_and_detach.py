@@ -74,7 +74,7 @@ def main(radius: float, length: float) -> None:
     with SpiralGripper(NAMESPACE) as gripper:
         gripper.wait_until_active(timeout=60.0)
         try:
-            # Here the arm moves to the object.
+            # Here the arm moves to the object: docs/moveit.md, "Where the arm goes".
             gripper.wrap(radius=radius)
             result = gripper.wait(timeout=30.0)
             if result.outcome is not WrapOutcome.SUCCEEDED:

@@ -49,6 +49,8 @@ from spiral_core.errors import NoCoilError as NoCoilError
 from spiral_core.errors import NotGrippableError as NotGrippableError
 from spiral_core.errors import SolverError as SolverError
 from spiral_core.errors import SpiralError as SpiralError
+from spiral_core.grip.approach import ApproachTask as ApproachTask
+from spiral_core.grip.approach import find_approaches as find_approaches
 from spiral_core.grip.capture import CaptureOutcome as CaptureOutcome
 from spiral_core.grip.capture import CaptureRegion as CaptureRegion
 from spiral_core.grip.capture import capture_region as capture_region

@@ -23,6 +23,7 @@ TIME_LIMIT = 10.0
 DATA = ROOT / "examples" / "data"
 # Beginnings of what is typed.
 BEGINNINGS = {
+    "A": "approach prototype_p1 --radius '9 mm' --object-axis 0 0 1",
     "D": "design --radius-min '11 mm' --radius-max '30 mm' --tube '3/8 in x 1/32 in'",
     "P": "sweep pareto --jobs 1 --radius-min '11 mm' --radius-max '30 mm'",
     "M": "sweep map --jobs 1 --radius-min '11 mm' --radius-max '30 mm'",
@@ -141,6 +142,16 @@ MISUSES = {
     "capture prototype_p1 --radius '9 mm' --payload '1 g' --gravity-magnitude '0 m/s^2'": "needs",
     "capture prototype_p1 --radius '1 m'": "an object of radius 1 m cannot be gripped",
     "capture prototype_p1 --radius '9 mm' --results a.json": ".jsonl",
+    # approach
+    "approach prototype_p1 --radius '9 mm'": "'--object-axis'",
+    "approach prototype_p1 --radius '9 mm' --object-axis 0 0 0": "must not all be zero",
+    "{A} --gravity 0 0 0": "must not all be zero",
+    "{A} --tilt-max '0 deg'": "above 0",
+    "{A} --tilt-max '181 deg'": "at most 180 deg",
+    "{A} --payload '0 g'": "above 0",
+    "{A} --friction 11": "at most 10",
+    "{A} --results a.json": ".jsonl",
+    "{A} --plot a.gif": ".png, .svg, .pdf",
     # sweep
     "sweep": "Usage: spiral-gripper sweep",
     "{P} --jobs 0": "1<=x<=1024",

@@ -302,7 +302,7 @@ def held_radii(
     curve = WrapCurve(replace(gripper, object_axis=None))
     low, high = max(curve.radius_min, THINNEST * gripper.tube.outer_radius), curve.radius_max
     radii = [low, *np.linspace(low, high, RADII_TRIED)[1:-1].tolist(), high]
-    in_turn = _mapping(executor)
+    in_turn = mapping(executor)
     done = (lambda *_: None) if progress is None else progress
     held: dict[float, bool] = {}
     for is_held in in_turn(partial(_is_held, gripper, curve), radii):
@@ -366,10 +366,10 @@ def find_place(
     reach = FARTHEST_SHIFT * (setup.obstacle.shape.feature_radius + setup.gripper.tube.outer_radius)
     tilt = LARGEST_TILT if setup.gripper.object_axis is None else 0.0
     sizes = np.array((reach, reach, reach, tilt, tilt))
-    in_turn = _mapping(executor)
-    steps, part = _evenly(PLACES_TRIED, len(sizes)), FIRST_PART
+    in_turn = mapping(executor)
+    steps, part = evenly(PLACES_TRIED, len(sizes)), FIRST_PART
     tried: list[tuple[float, Array]] = []
-    batch = [np.zeros(len(sizes)), *_evenly(EXPLORED, len(sizes))]
+    batch = [np.zeros(len(sizes)), *evenly(EXPLORED, len(sizes))]
     while batch:
         places = [moved(setup, sizes * shift) for shift in batch]
         for shift, place, missing in zip(batch, places, in_turn(_missing, places), strict=True):
@@ -392,16 +392,23 @@ def find_place(
 def _missing(setup: GripSetup) -> float:
     """Return how far a closing gripper is from the wrap: 0 where it wraps, inf without answer."""
     try:
-        window = grip_window(setup, until_wrapped=True)
+        return missing_to_wrap(grip_window(setup, until_wrapped=True))
     except SpiralError:
         return math.inf
+
+
+def missing_to_wrap(window: GripWindow) -> float:
+    """Return how far a closed gripper stayed from the wrap: 0 where it wraps.
+
+    The nearest the tip came, in outer radii of the tube, and what of the tube did not touch there.
+    """
     if window.onset_wrap is not None:
         return 0.0
-    enough, outer = ENOUGH * setup.gripper.tube.length, setup.gripper.tube.outer_radius
+    tube = window.setup.gripper.tube
     return min(
         LEAST_MISSING
-        + max(point.tip_gap, 0.0) / outer
-        + UNTOUCHED * max(0.0, 1.0 - point.contact_length / enough)
+        + max(point.tip_gap, 0.0) / tube.outer_radius
+        + UNTOUCHED * max(0.0, 1.0 - point.contact_length / (ENOUGH * tube.length))
         for point in window.points
     )
 
@@ -431,7 +438,7 @@ def what_helps(setup: GripSetup, executor: Executor | None = None) -> str:
                 friction=obstacle.friction,
                 closing=setup.closing,
             )
-    held = _mapping(executor)(_is_wrapped, others.values())
+    held = mapping(executor)(_is_wrapped, others.values())
     helps = next((name for name, is_held in zip(others, held, strict=True) if is_held), None)
     if helps is None:
         return "nor would another roll of the base or another direction of the object help"
@@ -454,12 +461,12 @@ def _rolled(gripper: Gripper, angle: float) -> Gripper:
     )
 
 
-def _mapping(executor: Executor | None) -> Callable[..., Iterator[Any]]:
+def mapping(executor: Executor | None) -> Callable[..., Iterator[Any]]:
     """Return what applies a function to each item: on an executor, or here, one after the other."""
     return map if executor is None else executor.map
 
 
-def _evenly(count: int, dimensions: int) -> Array:
+def evenly(count: int, dimensions: int) -> Array:
     """Return points (count, dimensions) that fill [-1, 1] evenly, those near zero first.
 
     An additive recurrence whose steps are powers of the root of x^(dimensions + 1) = x + 1.

@@ -29,7 +29,7 @@ NO_ANSWER = 2
 COMPUTING = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
 PATIENCE = 3.0
 # Commands that print what they have computed when they are interrupted.
-STEPWISE = ("capture", "close", "sweep")
+STEPWISE = ("approach", "capture", "close", "sweep")
 # Garbage is collected after so many new objects: most come with the libraries, and stay.
 NEW_OBJECTS = 200_000
 # Libraries that are not always installed: what needs them, and the extra that brings them.
@@ -56,6 +56,7 @@ COMMANDS = MappingProxyType(
         "wrap": _Entry("gripper", "Find the pressure that wraps an object."),
         "grip": _Entry("gripper", "Find the pressures that hold an object, and the forces."),
         "capture": _Entry("capture", "Find how far off an object may be."),
+        "approach": _Entry("approach", "Find how an arm should hold a gripper for an object."),
         "close": _Entry("closing.close", "Simulate closing in real time; find the fastest rate."),
         "calibrate": _Entry("calibrate", "Fit a gripper's constants to bench measurements."),
         "grippers": _Entry("grippers", "List, show and check gripper files."),

@@ -13,11 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_core.grip.approach import UPRIGHT, ApproachAnswer
 from spiral_core.grip.capture import CaptureOutcome, CaptureRegion
 from spiral_core.grip.grip import Grip, GripCase, GripOutcome, refine, solve_grip
 from spiral_core.grip.holding import is_twist
 from spiral_core.grip.setup import hanging_tube, lay_into_coil
 from spiral_core.grip.window import GripPoint
+from spiral_core.rod.types import Array, Vector
 from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.grip.capture import BEYOND, COMPONENTS, ball_text, limit_texts
 from spiral_gripper.reports.grip.document import SolvedGrip
@@ -25,6 +27,8 @@ from spiral_gripper.reports.grip.rows import PULLS
 from spiral_gripper.reports.shaded import (
     OBJECT_RINGS,
     Surface,
+    draw_surfaces,
+    same_scale,
     tube_surface,
     turned_surface,
 )
@@ -276,6 +280,48 @@ def _draw_tube(axes: Axes, region: CaptureRegion) -> None:
         [shown_places.min(axis=0) - radius, shown_places.max(axis=0) + radius], "m"
     )
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+
+
+@paper_style()
+def approach_figure(answer: ApproachAnswer, title: str) -> Figure:
+    """Return each approach from the side, to scale: gravity points down."""
+    figure = Figure(figsize=(7.6, 3.6), layout="constrained")
+    set_title(figure, title, 110)
+    views = [figure.add_subplot(1, MOST_PANELS, 1 + at) for at in range(len(answer.approaches))]
+    for number, (axes, approach) in enumerate(zip(views, answer.approaches, strict=True), start=1):
+        point, down = approach.point, np.array(approach.pose.gravity)
+        # Of what lies across gravity, the object if it leans, else the way to its middle.
+        leans = answer.task.sine > UPRIGHT
+        seen = np.array(approach.pose.axis if leans else point.setup.obstacle.position)
+        right = seen - (seen @ down) * down
+        right /= np.linalg.norm(right)
+        outer = point.outer_radius
+        ends = np.array(((-6.0 * outer, 0.0, 0.0), (0.0, 0.0, 0.0)))
+        flange = turned_surface(ends, np.full(OBJECT_RINGS, 1.5 * outer))
+        flange = flange._replace(colors=0.6 * flange.colors)
+        x, y, z = right.tolist()
+        draw_surfaces(axes, [*coil_surfaces(point), flange], (x, y, z), _upwards(down))
+        base = in_units(ends[0] @ np.stack((right, -down)).T, "m")
+        axes.annotate("arm", tuple(base), (0.0, 9.0), textcoords="offset points", ha="center")
+        axes.annotate(
+            "gravity",
+            (0.15, 0.03),
+            (0.15, 0.2),
+            xycoords="axes fraction",
+            ha="center",
+            arrowprops={"arrowstyle": "->"},
+        )
+        errors = "" if approach.region is None else f", errors {shown(approach.found.size, 'm', 2)}"
+        pressure, force = shown(point.pressure, "Pa", 3), shown(approach.found.force, "N", 2)
+        axes.set_title(f"{number}: {pressure}, {force}{errors}")
+        axes.set(xlabel=axis_label("level", "m"), ylabel=axis_label("up", "m"))
+    same_scale(views)
+    return figure
+
+
+def _upwards(down: Array) -> Vector:
+    x, y, z = (0.0 - down).tolist()
+    return (x, y, z)
 
 
 def coil_surfaces(point: GripPoint, reach: tuple[float, float] | None = None) -> list[Surface]:

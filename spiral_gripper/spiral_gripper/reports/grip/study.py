@@ -18,6 +18,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.grip.approach import ApproachTask, Found, Key, Trial
 from spiral_core.grip.capture import CaptureOutcome, Misplacement
 from spiral_core.grip.grip import GripCase, GripOutcome
 from spiral_core.grip.setup import GripSetup
@@ -138,6 +139,39 @@ class CaptureFile:
     def keep(self, misplacement: Misplacement, outcome: CaptureOutcome) -> None:
         """Append an outcome at once; see :meth:`LineFile.append`."""
         self._file.append([*self._key, misplacement], outcome.name)
+
+
+class ApproachFile:
+    """Results of a search for approaches in a :class:`LineFile`.
+
+    Args:
+        path: a .jsonl file, begun or not; None keeps nothing.
+        task: what is searched for.
+
+    Attributes:
+        known: results that the file has already, by their key.
+    """
+
+    def __init__(self, path: Path | None, task: ApproachTask) -> None:
+        gripper = task.gripper
+        asked = (task.radius, task.object_axis, task.gravity, task.payload, task.tilt_max)
+        self._case = [gripper.name, gripper.friction_coefficient, *asked, _digest(gripper)]
+        self._case = json.loads(json.dumps(self._case))
+        self._file = LineFile(path, _approach_result)
+        self.known: dict[Key, Found] = {}
+        for text, found in self._file.kept.items():
+            *case, key = json.loads(text)
+            if case == self._case:
+                self.known[tuple(key)] = found
+
+    def keep(self, key: Key, found: Found) -> None:
+        """Append a result at once; see :meth:`LineFile.append`."""
+        outcome = asdict(found) if isinstance(found, Trial) else found.name
+        self._file.append([*self._case, key], outcome)
+
+
+def _approach_result(value: Any) -> Found:  # noqa: ANN401
+    return CaptureOutcome[value] if isinstance(value, str) else Trial(**value)
 
 
 def case_as_dict(case: GripCase, outcome: GripOutcome) -> dict[str, Any]:

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Is a random approach better than those that the search finds?
+
+``python -m benchmarks.approach`` lets the search hold the paper's gripper at random objects, and
+closes it in random base poses as well: any orientation, the object in the free coil or up to half a
+radius beside it. A random pose beats the search if it holds with over 10 % more force and has a
+larger region of capture than the best approach. Answers are kept in
+``benchmarks/results/approach.jsonl`` as they come: a run that was interrupted goes on; delete the
+file to begin anew.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+
+import numpy as np
+from rich.progress import track
+from scipy.spatial.transform import Rotation
+
+from benchmarks.cases import SEED
+from benchmarks.command import wide_console
+from benchmarks.report import RESULTS, show
+from benchmarks.results import Table
+from spiral_core import ApproachTask, find_approaches
+from spiral_core.grip.approach import BasePose, judge, screen
+from spiral_gripper import load_gripper
+from spiral_gripper.cli.workers import core_count, process_pool
+
+KEPT = RESULTS / "approach.jsonl"
+OBJECTS, POSES = 40, 300
+GRIPPER, GRAVITY = "paper_design_70", (0.0, 0.0, -9.80665)
+RADII, PAYLOAD = (0.010, 0.028), 0.010
+# Directions of the object: to this angle from gravity; random ones farther away hardly ever grip.
+LARGEST_LEAN = math.radians(25.0)
+SHIFT, MORE_FORCE = 0.5, 1.1
+
+
+def task_of(index: int) -> ApproachTask:
+    """Return a random object."""
+    rng = np.random.default_rng((SEED, index))
+    lean, turn = LARGEST_LEAN * math.sqrt(rng.uniform()), rng.uniform(0.0, 2.0 * math.pi)
+    axis = (math.sin(lean) * math.cos(turn), math.sin(lean) * math.sin(turn), math.cos(lean))
+    return ApproachTask(load_gripper(GRIPPER), float(rng.uniform(*RADII)), axis, GRAVITY, PAYLOAD)
+
+
+def random_pose(task: ApproachTask, rng: np.random.Generator) -> BasePose:
+    """Return a random orientation of the base, with the object near the free coil."""
+    turn = Rotation.random(random_state=rng)
+    shift = SHIFT * task.radius * rng.uniform(-1.0, 1.0, 3)
+    gravity, axis = (turn.apply(each).tolist() for each in (task.down, task.axis))
+    return BasePose(tuple(gravity), tuple(axis), tuple(shift.tolist()))
+
+
+def answer(index: int, count: int) -> dict[str, object]:
+    """Return what search and chance find for an object."""
+    task, rng = task_of(index), np.random.default_rng((SEED, index, 1))
+    poses = [random_pose(task, rng) for _ in range(count)]
+    with process_pool(core_count()) as executor:
+        found = find_approaches(task, executor=executor).approaches
+        tried = list(executor.map(screen, [task] * count, poses))
+        held = [pose for pose, trial in zip(poses, tried, strict=True) if not trial.refusal]
+        # By the same errors, one at a time, on as few elements.
+        searched = [judge(task, each.pose) for each in found]
+        chance = list(executor.map(judge, [task] * len(held), held))
+    best = max(searched, key=lambda each: each.score, default=None)
+    better = [
+        trial
+        for trial in chance
+        if not trial.refusal
+        and (
+            best is None
+            or (trial.force > MORE_FORCE * best.force and trial.size > best.size + 1e-9)
+        )
+    ]
+    return {
+        "object": index,
+        "poses": count,
+        "search": best is not None,
+        "random": sum(not each.refusal for each in chance),
+        "better": len(better),
+    }
+
+
+def main() -> None:
+    """Ask what is missing and show how often chance beats the search."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--objects", type=int, default=OBJECTS)
+    parser.add_argument("--poses", type=int, default=POSES, help="random ones of each")
+    given = parser.parse_args()
+    lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []
+    found = {each["object"]: each for each in map(json.loads, lines)}
+    with KEPT.open("a", encoding="utf-8") as kept:
+        for index in track(range(given.objects), "approaching"):
+            if index not in found:
+                found[index] = answer(index, given.poses)
+                kept.write(json.dumps(found[index]) + "\n")
+                kept.flush()
+    some = [found[index] for index in range(given.objects)]
+    rows = (
+        ("objects", str(len(some))),
+        ("random poses of each", str(given.poses)),
+        ("objects that the search grips", str(sum(each["search"] for each in some))),
+        ("objects that a random pose grips", str(sum(each["random"] > 0 for each in some))),
+        ("random poses that grip", str(sum(each["random"] for each in some))),
+        ("objects with a better random pose", str(sum(each["better"] > 0 for each in some))),
+    )
+    show(Table("Approaches: search and chance", ("what", "count"), rows), wide_console())
+
+
+if __name__ == "__main__":
+    main()

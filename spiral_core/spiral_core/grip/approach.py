@@ -1,0 +1,485 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The approach: how an arm should hold the gripper to grip an object that stands in the world."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import product
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from spiral_core.errors import NoCoilError, NotGrippableError, SolverError, SpiralError
+from spiral_core.grip.capture import CaptureOutcome, CaptureRegion, capture_region, close_misplaced
+from spiral_core.grip.grip import Grip, solve_grip
+from spiral_core.grip.holding import Pull, holding_force
+from spiral_core.grip.places import FARTHEST_SHIFT, evenly, mapping, missing_to_wrap
+from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.window import GripPoint, Progress, WindowEnd, grip_window
+from spiral_core.rod.contact.obstacles import Quaternion
+from spiral_core.rod.types import Array, Vector
+from spiral_core.validation import require_direction, require_in_range, require_positive
+from spiral_core.wrap.gripper import Gripper
+
+# Directions of gravity in the base frame that a search begins with: in a coarse one, in a full one.
+COARSE_DIRECTIONS, DIRECTIONS = 30, 60
+# Turns of the object about gravity; tried are the one that lies nearest to the coil's own axis, and
+# the fourth after it, 20 degrees away.
+TURNS, EVERY, TRIED = 36, 4, 2
+# Below this sine of the angle between gravity and object, 5 degrees, a turn about gravity changes
+# nothing that counts; below the second one it is not defined. Steps of such turns.
+UPRIGHT, PARALLEL, ALIKE = 0.087, 1e-3, 120
+# Poses are compared on so many elements, at these fractions of the tip criterion's pressure.
+SCREEN_ELEMENTS = 45
+SCREEN_PRESSURES = (0.3, 0.6, 0.75, 0.85, 0.9, *np.arange(0.94, 1.31, 0.04).tolist())
+# Poses that are reported differ by more than this angle [rad], and there are so many.
+LEAST_ANGLE, REPORTED = math.radians(20.0), 3
+# Where fewer distinct ones grip, others are tried around so many that come nearest, so many around
+# each: turned [rad] and shifted by up to these parts of a box.
+NEAREST, AROUND, PARTS = 4, 10, (1.0, 0.5, 0.25)
+LARGEST_TURN = math.radians(25.0)
+# Of the strongest so many distinct ones are judged by their region of capture, then so many around
+# each of the best, in this part of the box.
+JUDGED, VARIED, VARIED_PART = 16, 4, 0.25
+# They are judged by errors of the pose in each direction alone: multiples of a millimeter and a
+# degree. Regions that differ by less than half a millimeter are equal [m].
+ERRORS = (2.0, 4.0, 6.0, 9.0, 13.0)
+UNIT_ERRORS = np.array((1e-3, 1e-3, math.radians(1.0), math.radians(1.0), 1e-3))
+EQUAL_REGIONS = 0.5e-3
+
+REFUSALS = (NotGrippableError, NoCoilError, SolverError)
+# Name of the stage, numbers of the pose and, in the region of capture, of the misplacement.
+Key = tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ApproachTask:
+    """An object that stands in the world, and what the arm may do.
+
+    Args:
+        gripper: in any mount; with its friction, or the default's.
+        radius: of the cylinder [m].
+        object_axis: direction of its axis in the world, in either sense, of any length.
+        gravity: acceleration in the world [m/s^2], not zero.
+        payload: mass of the object [kg]; None: force counts, not its ratio to a weight.
+        tilt_max: largest angle between the tube at the base and gravity [rad], in (0, pi].
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+    """
+
+    gripper: Gripper
+    radius: float
+    object_axis: Vector
+    gravity: Vector
+    payload: float | None = None
+    tilt_max: float = math.pi
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "tilt_max", "payload"):
+            if (value := getattr(self, name)) is not None:
+                require_positive(name, value)
+        require_in_range("tilt_max", self.tilt_max, 0.0, math.pi, "rad")
+        _ = self.axis  # checked with gravity
+
+    @property
+    def down(self) -> Array:
+        """Direction of gravity in the world (3,)."""
+        return np.array(require_direction("gravity", self.gravity))
+
+    @property
+    def axis(self) -> Array:
+        """Direction of the object in the world (3,), in the sense that is nearer to gravity."""
+        axis = np.array(require_direction("object_axis", self.object_axis))
+        return axis if axis @ self.down >= 0.0 else -axis
+
+    @property
+    def sine(self) -> float:
+        """Sine of the angle between gravity and the object."""
+        return float(np.linalg.norm(np.cross(self.axis, self.down)))
+
+    def mounted(self, gravity: Vector, axis: Vector | None = None) -> Gripper:
+        """Return the gripper with gravity along a unit vector in the base frame."""
+        magnitude = math.hypot(*self.gravity)
+        return self.gripper.with_mount(_vector(magnitude * np.array(gravity)), axis)
+
+
+@dataclass(frozen=True, slots=True)
+class BasePose:
+    """Where gravity and object are as the base sees them: all that a grip depends on.
+
+    Args:
+        gravity: its direction in the base frame, a unit vector.
+        axis: the object's direction there, at its angle to gravity in the world.
+        shift: of the object from where it lies in the free coil, in the base frame [m].
+    """
+
+    gravity: Vector
+    axis: Vector
+    shift: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """What a pose was found to do, as plain numbers.
+
+    Args:
+        refusal: why it does not grip; empty if it does.
+        missing: how far it stays from the wrap (:func:`missing_to_wrap`).
+        pressure: recommended [Pa].
+        force: that holds the object against gravity [N].
+        size: of the region of capture [m]: largest root of the sum of squares of the errors of the
+            pose, two shifts and two tilts, a degree counted as a millimeter.
+    """
+
+    refusal: str
+    missing: float = math.inf
+    pressure: float = 0.0
+    force: float = 0.0
+    size: float = 0.0
+
+    @property
+    def score(self) -> tuple[float, ...]:
+        """The larger the better: it grips; its region in half millimeters; force; how near."""
+        regions = math.floor(self.size / EQUAL_REGIONS + 1e-9)
+        return (not self.refusal, regions, self.force, -self.missing)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Approach:
+    """A base pose that grips.
+
+    Args:
+        task: the object in the world.
+        pose: what the base sees.
+        point: the grip at the recommended pressure.
+        found: pressure, force and, unless the answer is coarse, the size of the region of capture.
+        region: of capture at that pressure; None in a coarse answer.
+    """
+
+    task: ApproachTask
+    pose: BasePose
+    point: GripPoint
+    found: Trial
+    region: CaptureRegion | None = None
+
+    @property
+    def orientation(self) -> Quaternion:
+        """Of the base in the world: unit quaternion, scalar last."""
+        x, y, z, w = base_rotation(self.task, self.pose).as_quat().tolist()
+        return (x, y, z, w)
+
+    @property
+    def position(self) -> Vector:
+        """Of the base in the world, relative to the middle of what is gripped of the object [m]."""
+        center = np.array(self.point.setup.obstacle.position)
+        return _vector(base_rotation(self.task, self.pose).apply(-center))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ApproachAnswer:
+    """How an arm should hold the gripper.
+
+    Args:
+        task: what was asked.
+        approaches: the best first, each more than 20 degrees from the others; at most three.
+        tried: what each pose was found to do on few elements.
+    """
+
+    task: ApproachTask
+    approaches: tuple[Approach, ...]
+    tried: Mapping[BasePose, Trial]
+
+    @property
+    def gripping(self) -> int:
+        """Number of poses tried that grip."""
+        return sum(not trial.refusal for trial in self.tried.values())
+
+    @property
+    def nearest(self) -> BasePose:
+        """The best pose by what few elements say; where none grips, the one that comes nearest."""
+        return max(self.tried, key=lambda pose: self.tried[pose].score)
+
+    @property
+    def reasons(self) -> Counter[str]:
+        """Why poses do not grip, with their numbers."""
+        return Counter(trial.refusal for trial in self.tried.values() if trial.refusal)
+
+
+Stage = Callable[[ApproachTask, BasePose], Trial]
+Found = Any  # a Trial, or the CaptureOutcome of a misplacement
+
+
+def approach_setup(task: ApproachTask, pose: BasePose, elements: int | None = None) -> GripSetup:
+    """Return the setup of a base pose.
+
+    Raises:
+        NotGrippableError: no pressure coils the gripper to this radius in this pose.
+        NoCoilError: it makes no coil.
+        SolverError: a shape could not be certified.
+    """
+    gripper = task.mounted(pose.gravity, pose.axis)
+    setup = lay_into_coil(gripper, task.radius, elements=elements)
+    return replace(setup, obstacle=setup.obstacle.moved(pose.shift))
+
+
+def base_rotation(task: ApproachTask, pose: BasePose) -> Rotation:
+    """Return the rotation from the base frame to the world.
+
+    Of an object along gravity any turn about it is the same; one of them is returned.
+    """
+    gravity = np.array(pose.gravity)
+    if task.sine < PARALLEL:
+        return _aligned(task.down, gravity)
+    return Rotation.align_vectors((task.down, task.axis), (gravity, pose.axis))[0]
+
+
+def _aligned(there: Array, seen: Array) -> Rotation:
+    """Return a rotation from one unit vector to another."""
+    square = [np.cross(each, np.eye(3)[np.argmin(np.abs(each))]) for each in (there, seen)]
+    return Rotation.align_vectors((there, square[0]), (seen, square[1]))[0]
+
+
+def angle_between(task: ApproachTask, first: BasePose, second: BasePose) -> float:
+    """Return the angle by which two base orientations differ, by the object's symmetry [rad].
+
+    Along gravity, to 5 degrees, any turn about gravity is one of the object; level, half a turn.
+    """
+    level = bool(task.axis @ task.down < PARALLEL)
+    turns = _turns(task.down, ALIKE if task.sine < UPRIGHT else 1 + level)
+    one, other = (base_rotation(task, pose) for pose in (first, second))
+    return float((one.inv() * turns * other).magnitude().min())
+
+
+def tilt_of(pose: BasePose) -> float:
+    """Return the angle between the tube at the base and gravity [rad].
+
+    Example:
+        >>> level = (0.0, 1.0, 0.0)
+        >>> round(math.degrees(tilt_of(BasePose(gravity=level, axis=level))), 6)
+        90.0
+    """
+    return math.acos(min(max(pose.gravity[0], -1.0), 1.0))
+
+
+def candidate_poses(task: ApproachTask, directions: int = DIRECTIONS) -> tuple[BasePose, ...]:
+    """Return the base poses that a search begins with, well spread within the limit of the tilt.
+
+    Gravity lies along each axis of the base frame, hanging, upright and level, and along a spiral
+    on the sphere. The object is turned about gravity to where it lies nearest to the axis of the
+    coil that hangs there freely.
+    """
+    number = np.arange(directions) + 0.5
+    x = 1.0 - (1.0 - math.cos(task.tilt_max)) * number / directions
+    turn, across = number * math.pi * (3.0 - math.sqrt(5.0)), np.sqrt(1.0 - x * x)
+    spiral = np.stack((x, across * np.cos(turn), across * np.sin(turn)), axis=1)
+    downs = np.concatenate((np.eye(3), 0.0 - np.eye(3), spiral))
+    poses = [pose for down in downs for pose in _turned(task, down)]
+    return tuple(pose for pose in poses if tilt_of(pose) <= task.tilt_max)
+
+
+def _turned(task: ApproachTask, down: Array) -> list[BasePose]:
+    """Return the poses of a direction of gravity: the object turned about it."""
+    gravity = _vector(down)
+    if task.sine < PARALLEL:
+        return [BasePose(gravity, gravity)]
+    try:
+        coil = lay_into_coil(task.mounted(gravity), task.radius).axis
+    except REFUSALS:  # as every pose of this direction will be
+        coil = down
+    axes = _turns(down, TURNS).apply(_aligned(down, task.down).apply(task.axis))
+    nearest = np.argsort(-np.abs(axes @ coil), kind="stable")[: EVERY * TRIED : EVERY]
+    return [BasePose(gravity, _vector(axis)) for axis in axes[nearest]]
+
+
+def _turns(axis: Array, count: int) -> Rotation:
+    """Return evenly spaced turns about an axis."""
+    return Rotation.from_rotvec(2.0 * math.pi * np.arange(count)[:, None] / count * axis)
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = values.tolist()
+    return (x, y, z)
+
+
+def screen(task: ApproachTask, pose: BasePose) -> Trial:
+    """Return whether a pose grips, and with what force, on few elements."""
+    try:
+        setup = approach_setup(task, pose, SCREEN_ELEMENTS)
+        pressures = np.array(SCREEN_PRESSURES) * (setup.tip_pressure or 0.0)
+        window = grip_window(setup, pressures[pressures <= setup.gripper.pressure_max])
+        if window.onset_wrap is None:
+            passed = WindowEnd.PASSED_BY if window.end is WindowEnd.LIMIT else window.end
+            return Trial(passed.value, missing_to_wrap(window))
+        pressure = Grip(window, (), {}).recommended_pressure()
+        return Trial("", 0.0, pressure, _force(window.at(pressure)))
+    except REFUSALS as error:
+        return Trial(_reason(error))
+
+
+def judge(task: ApproachTask, pose: BasePose) -> Trial:
+    """Return what a pose holds, and the size of its region of capture by one error at a time."""
+    try:
+        point = gripped(task, pose)
+    except REFUSALS as error:  # of a pose that wraps on few elements
+        return Trial(_reason(error), 0.0)
+    found = Trial("", 0.0, point.pressure, _force(point))
+    ways = np.vstack((np.eye(5)[:4], -np.eye(5)[:4]))
+    for size in ERRORS:
+        closings = (
+            close_misplaced(point.setup, point.pressure, off, task.payload, SCREEN_ELEMENTS)
+            for off in size * UNIT_ERRORS * ways
+        )
+        if any(closed.outcome is not CaptureOutcome.HOLDS for closed in closings):
+            break
+        found = replace(found, size=1e-3 * size)
+    return found
+
+
+def gripped(task: ApproachTask, pose: BasePose) -> GripPoint:
+    """Return the grip of a pose at its recommended pressure."""
+    grip = solve_grip(approach_setup(task, pose), (Pull.DOWN,))
+    return grip.window.at(grip.recommended_pressure(task.payload))
+
+
+def _force(point: GripPoint) -> float:
+    """Return the force that holds the object against gravity [N]; 0 where it is not known."""
+    force = holding_force(point, Pull.DOWN).force
+    return 0.0 if math.isnan(force) else force
+
+
+def _reason(error: SpiralError) -> str:
+    """Return why a pose does not grip."""
+    return error.constraint if isinstance(error, NotGrippableError) else str(error)
+
+
+def find_approaches(
+    task: ApproachTask,
+    *,
+    coarse: bool = False,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+    known: Mapping[Key, Found] | None = None,
+    keep: Callable[[Key, Found], None] | None = None,
+) -> ApproachAnswer:
+    """Return the base poses that grip an object best.
+
+    Poses spread over all orientations within the limit are closed on few elements. If hardly any
+    grips, others follow around those that come nearest, turned and shifted. Of the strongest that
+    differ the region of capture is estimated, then of some around the best; the three best of all
+    get their whole region.
+
+    Args:
+        task: the object in the world, and the limit of the arm.
+        coarse: only whether it grips, and a pose: no regions of capture.
+        executor: where; None computes here.
+        progress: called with the number of results of a stage that are new, and that it needs.
+        known: results of an interrupted search; they are not computed again.
+        keep: called with the key and the value of each new result as soon as it is known.
+
+    Returns:
+        At most three approaches, the best first; none where no pose tried grips: the answer then
+        has the reasons and the nearest pose.
+    """
+    search = _Search(task, executor, progress, dict(known or {}), keep)
+    tried = search.solve(screen, candidate_poses(task, COARSE_DIRECTIONS if coarse else DIRECTIONS))
+    for part in PARTS[: 1 if coarse else None]:
+        if not any(tried[pose].refusal for pose in distinct(task, tried, REPORTED)):
+            break
+        tried |= search.around(screen, distinct(task, tried, NEAREST), AROUND, part)
+    best = {pose: trial for pose, trial in tried.items() if not trial.refusal}
+    if not coarse:
+        best = search.solve(judge, distinct(task, best, JUDGED))
+        best |= search.around(judge, distinct(task, best, REPORTED), VARIED, VARIED_PART)
+    approaches = []
+    for pose in distinct(task, best, REPORTED):
+        try:
+            point = gripped(task, pose)
+        except REFUSALS as error:
+            best[pose] = Trial(_reason(error), 0.0)
+            continue
+        found = Trial("", 0.0, point.pressure, _force(point))
+        approach = Approach(task, pose, point, found)
+        approaches.append(approach if coarse else search.with_region(approach))
+    approaches.sort(key=lambda each: each.found.score, reverse=True)
+    return ApproachAnswer(task, tuple(approaches), tried | best)
+
+
+def distinct(task: ApproachTask, trials: Mapping[BasePose, Trial], count: int) -> list[BasePose]:
+    """Return the best poses that differ by more than 20 degrees, the best first."""
+    found: list[BasePose] = []
+    for pose in sorted(trials, key=lambda each: trials[each].score, reverse=True):
+        if len(found) < count and all(
+            angle_between(task, pose, other) > LEAST_ANGLE for other in found
+        ):
+            found.append(pose)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Search:
+    """Results for poses, here or on an executor, each computed once."""
+
+    task: ApproachTask
+    executor: Executor | None
+    progress: Progress | None
+    known: dict[Key, Found]
+    keep: Callable[[Key, Found], None] | None
+
+    def solve(self, stage: Stage, poses: Sequence[BasePose]) -> dict[BasePose, Trial]:
+        """Return what poses do."""
+        keys = {pose: _key(stage.__name__, pose) for pose in poses}
+        wanted = [pose for pose in keys if keys[pose] not in self.known]
+        found = mapping(self.executor)(partial(stage, self.task), wanted)
+        for count, (pose, trial) in enumerate(zip(wanted, found, strict=True), start=1):
+            self.note(keys[pose], trial)
+            if self.progress is not None:
+                self.progress(count, len(wanted))
+        return {pose: self.known[key] for pose, key in keys.items()}
+
+    def around(
+        self,
+        stage: Stage,
+        poses: Sequence[BasePose],
+        count: int,
+        part: float,
+    ) -> dict[BasePose, Trial]:
+        """Return what others do around poses, turned and shifted by up to a part of the box."""
+        reach = FARTHEST_SHIFT * (self.task.radius + self.task.gripper.tube.outer_radius)
+        others = []
+        for pose, step in product(poses, part * evenly(count, 6)):
+            turn = Rotation.from_rotvec(LARGEST_TURN * step[:3])
+            gravity, axis = (_vector(turn.apply(each)) for each in (pose.gravity, pose.axis))
+            others.append(BasePose(gravity, axis, _vector(pose.shift + reach * step[3:])))
+        return self.solve(stage, [each for each in others if tilt_of(each) <= self.task.tilt_max])
+
+    def with_region(self, approach: Approach) -> Approach:
+        """Return an approach with its region of capture, and the size of that."""
+        head, point = _key("capture", approach.pose), approach.point
+        region = capture_region(
+            point.setup,
+            point.pressure,
+            self.task.payload,
+            executor=self.executor,
+            progress=self.progress,
+            known={key[10:]: one for key, one in self.known.items() if key[:10] == head},
+            keep=lambda place, outcome: self.note((*head, *place), outcome),
+        )
+        size = 1e-3 * float((region.semi_axes / UNIT_ERRORS)[:4].min())
+        return replace(approach, found=replace(approach.found, size=size), region=region)
+
+    def note(self, key: Key, found: Found) -> None:
+        """Keep a result."""
+        self.known[key] = found
+        if self.keep is not None:
+            self.keep(key, found)
+
+
+def _key(stage: str, pose: BasePose) -> Key:
+    return (stage, *pose.gravity, *pose.axis, *pose.shift)

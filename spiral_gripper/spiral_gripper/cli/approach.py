@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command ``approach``: how an arm should hold a gripper."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import click
+
+from spiral_gripper.cli.gripper import described
+from spiral_gripper.cli.output import print_json, write_picture
+from spiral_gripper.cli.types import (
+    FRICTION,
+    MASS,
+    NUMBER,
+    POSITIVE_LENGTH,
+    QuantityType,
+    Suffixed,
+    gripper_argument,
+    output_options,
+    plot_option,
+    typed,
+    unit_vector,
+)
+from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
+
+
+@click.command()
+@gripper_argument
+@click.option("--radius", type=POSITIVE_LENGTH, required=True, help="Radius of a cylinder.")
+@click.option(
+    "--object-axis",
+    type=NUMBER,
+    nargs=3,
+    required=True,
+    metavar="X Y Z",
+    help="Direction of the object in the world.",
+)
+@click.option(
+    "--gravity",
+    type=NUMBER,
+    nargs=3,
+    default=(0.0, 0.0, -1.0),
+    show_default=True,
+    metavar="X Y Z",
+    help="Direction of gravity in the world.",
+)
+@click.option("--payload", type=MASS, help="Mass of the object to carry.")
+@click.option(
+    "--friction",
+    type=FRICTION,
+    metavar="MU",
+    help="Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
+)
+@click.option(
+    "--tilt-max",
+    type=QuantityType("ANGLE", above=0.0, most="180 deg"),
+    default="180 deg",
+    show_default=True,
+    help="Largest angle between the tube at the base and gravity that the arm can reach.",
+)
+@click.option("--coarse", is_flag=True, help="Only whether it grips, and poses; no regions.")
+@click.option(
+    "--results",
+    type=Suffixed((".jsonl",)),
+    help="A .jsonl file with one line for each result; those found in it are not computed again.",
+)
+@jobs_option
+@output_options
+@plot_option
+def approach(
+    gripper: str,
+    radius: float,
+    object_axis: tuple[float, float, float],
+    gravity: tuple[float, float, float],
+    payload: float | None,
+    friction: float | None,
+    tilt_max: float,
+    coarse: bool,
+    results: Path | None,
+    jobs: int | None,
+    as_json: bool,
+    plot: Path | None,
+) -> int:
+    """Print how an arm should hold GRIPPER to grip an object that stands in the world.
+
+    GRIPPER is the name of a shipped gripper or the path of a description file; its mount does not
+    count. Up to three poses of the base, each more than 20 degrees from the others, the best first:
+    the largest region of capture, then the largest holding force. Exit code 1: no pose grips.
+    """
+    from spiral_core.grip.approach import ApproachTask, find_approaches
+    from spiral_core.wrap.gripper import STANDARD_GRAVITY
+    from spiral_gripper.reports.grip.approach import answer_as_dict, print_answer
+    from spiral_gripper.reports.grip.study import ApproachFile
+
+    x, y, z = unit_vector("--gravity", gravity)
+    own = described(gripper).gripper
+    if friction is not None:
+        own = replace(own, friction_coefficient=friction)
+    task = ApproachTask(
+        own,
+        radius,
+        unit_vector("--object-axis", object_axis),
+        (STANDARD_GRAVITY * x, STANDARD_GRAVITY * y, STANDARD_GRAVITY * z),
+        payload,
+        min(tilt_max, math.pi),
+    )
+    store = ApproachFile(results, task)
+    with worker_pool(jobs) as executor, progress_bar("closing", quiet=as_json) as progress:
+        answer = find_approaches(
+            task,
+            coarse=coarse,
+            executor=executor,
+            progress=progress,
+            known=store.known,
+            keep=store.keep,
+        )
+    if as_json:
+        print_json(answer_as_dict(answer))
+    else:
+        from rich.console import Console
+
+        print_answer(answer, Console())
+    if plot is not None and answer.approaches:
+        from spiral_gripper.reports.grip.plots import approach_figure
+
+        write_picture(approach_figure(answer, f"{own.name} on radius {typed('radius')}"), plot)
+    return 0 if answer.approaches else 1
