@@ -18,7 +18,9 @@ from spiral_gripper.cli.types import (
     POSITIVE_LENGTH,
     QuantityType,
     Suffixed,
+    flag,
     gripper_argument,
+    option,
     output_options,
     plot_option,
     typed,
@@ -29,43 +31,42 @@ from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
 
 @click.command()
 @gripper_argument
-@click.option("--radius", type=POSITIVE_LENGTH, required=True, help="Radius of a cylinder.")
-@click.option(
+@option("--radius", POSITIVE_LENGTH, "Radius of a cylinder.", required=True)
+@option(
     "--object-axis",
-    type=NUMBER,
+    NUMBER,
+    "Direction of the object in the world.",
     nargs=3,
     required=True,
     metavar="X Y Z",
-    help="Direction of the object in the world.",
 )
-@click.option(
+@option(
     "--gravity",
-    type=NUMBER,
+    NUMBER,
+    "Direction of gravity in the world.",
     nargs=3,
-    default=(0.0, 0.0, -1.0),
-    show_default=True,
     metavar="X Y Z",
-    help="Direction of gravity in the world.",
+    default=(0.0, 0.0, -1.0),
+    show_default="0 0 -1",
 )
-@click.option("--payload", type=MASS, help="Mass of the object to carry.")
-@click.option(
+@option("--payload", MASS, "Mass of the object to carry.")
+@option(
     "--friction",
-    type=FRICTION,
+    FRICTION,
+    "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
     metavar="MU",
-    help="Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
 )
-@click.option(
+@option(
     "--tilt-max",
-    type=QuantityType("ANGLE", above=0.0, most="180 deg"),
-    default="180 deg",
-    show_default=True,
-    help="Largest angle between the tube at the base and gravity that the arm can reach.",
+    QuantityType("ANGLE", above=0.0, most="180 deg"),
+    "Largest angle between the tube at the base and gravity that the arm can reach.",
+    shown="180 deg",
 )
-@click.option("--coarse", is_flag=True, help="Only whether it grips, and poses; no regions.")
-@click.option(
+@flag("--coarse", "Only whether it grips, and poses; no regions.")
+@option(
     "--results",
-    type=Suffixed((".jsonl",)),
-    help="A .jsonl file with one line for each result; those found in it are not computed again.",
+    Suffixed((".jsonl",)),
+    "A .jsonl file with one line for each result; those found in it are not computed again.",
 )
 @jobs_option
 @output_options

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -44,7 +44,7 @@ def _errors(approach: Approach) -> str | None:
     return f"{size} in all, a degree counted as a millimeter"
 
 
-APPROACH: Final = (
+APPROACH = (
     Field(
         "tube_direction",
         "tube at the base, world",

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any
 
 from spiral_core.grip.capture import Boundary, CaptureOutcome, CaptureRegion
 from spiral_core.rounding import rounded_down, rounded_up
@@ -12,7 +12,7 @@ from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.fields import Field, Rows
 
 # What limits the region, in few words.
-BEYOND: Final = {
+BEYOND = {
     CaptureOutcome.HOLDS: "not looked further",
     CaptureOutcome.TOO_WEAK: "too weak",
     CaptureOutcome.PASSES_BY: "passes by",
@@ -20,7 +20,7 @@ BEYOND: Final = {
     CaptureOutcome.NOT_ANSWERED: "not answered",
 }
 # The components of a misplacement: key, name and unit.
-COMPONENTS: Final = (
+COMPONENTS = (
     ("away", "shift away from the base", "m"),
     ("across", "shift across", "m"),
     ("tilt_away", "tilt about away", "rad"),
@@ -67,7 +67,7 @@ def _outline(region: CaptureRegion, boundaries: Sequence[Boundary]) -> list[dict
     ]
 
 
-CAPTURE: Final = (
+CAPTURE = (
     Field("pressure", "closes up to", "pressure", "Pa"),
     Field(
         "payload",
