@@ -49,8 +49,9 @@ def random_pose(task: ApproachTask, rng: np.random.Generator) -> BasePose:
     """Return a random orientation of the base, with the object near the free coil."""
     turn = Rotation.random(random_state=rng)
     shift = SHIFT * task.radius * rng.uniform(-1.0, 1.0, 3)
-    gravity, axis = (turn.apply(each).tolist() for each in (task.down, task.axis))
-    return BasePose(tuple(gravity), tuple(axis), tuple(shift.tolist()))
+    rows = np.stack((turn.apply(task.down), turn.apply(task.axis), shift))
+    gravity, axis, place = ((x, y, z) for x, y, z in rows.tolist())
+    return BasePose(gravity, axis, place)
 
 
 def answer(index: int, count: int) -> dict[str, object]:

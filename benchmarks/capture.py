@@ -73,13 +73,14 @@ def side_of(region: CaptureRegion, place: Array, plane: tuple[int, int]) -> str:
     after = int(np.searchsorted(angles, np.mod(np.arctan2(across, away), 2.0 * np.pi)))
     if abs(sizes[after % len(sizes)] - sizes[after - 1]) > JUMP:
         return "beside a jump"
-    corners = region.outline(boundaries)[:, chosen]
-    return "inside" if Path(corners).contains_point(place[chosen]) else "outside"
+    corners, (x, y) = region.outline(boundaries)[:, chosen], place[chosen].tolist()
+    return "inside" if Path(corners).contains_point((x, y)) else "outside"
 
 
 def samples(region: CaptureRegion, count: int) -> list[tuple[str, Array]]:
     """Return misplacements that are judged, each with where it lies."""
-    rng, found = np.random.default_rng(SEED), []
+    rng = np.random.default_rng(SEED)
+    found: list[tuple[str, Array]] = []
     limits, reach = region.limits, np.array(region.reach)
     while len(found) < count:
         name = ("shifts", "tilts", "ellipsoid")[len(found) % 3]
