@@ -24,14 +24,16 @@ from benchmarks.cases import SEED, Array
 from benchmarks.command import wide_console
 from benchmarks.report import END, RESULTS, ROOT, markdown_table, show
 from benchmarks.results import Table
-from spiral_core import (
+from spiral_core import capture_region, close_misplaced, lay_into_coil
+from spiral_core.grip.capture import (
+    BENT,
+    RESOLUTION,
+    SHIFTS,
+    TILTS,
     CaptureOutcome,
     CaptureRegion,
-    capture_region,
-    close_misplaced,
-    lay_into_coil,
+    Misplacement,
 )
-from spiral_core.grip.capture import BENT, RESOLUTION, SHIFTS, TILTS, Misplacement
 from spiral_core.grip.setup import GripSetup
 from spiral_gripper import load_gripper
 from spiral_gripper.cli.capture import recommended

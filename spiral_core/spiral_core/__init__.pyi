@@ -51,8 +51,6 @@ from spiral_core.errors import SolverError as SolverError
 from spiral_core.errors import SpiralError as SpiralError
 from spiral_core.grip.approach import ApproachTask as ApproachTask
 from spiral_core.grip.approach import find_approaches as find_approaches
-from spiral_core.grip.capture import CaptureOutcome as CaptureOutcome
-from spiral_core.grip.capture import CaptureRegion as CaptureRegion
 from spiral_core.grip.capture import capture_region as capture_region
 from spiral_core.grip.capture import close_misplaced as close_misplaced
 from spiral_core.grip.closing import Orifice as Orifice
@@ -71,9 +69,6 @@ from spiral_core.grip.grip import solve_cases as solve_cases
 from spiral_core.grip.grip import solve_grip as solve_grip
 from spiral_core.grip.holding import Pull as Pull
 from spiral_core.grip.holding import holding_force as holding_force
-from spiral_core.grip.places import MountAim as MountAim
-from spiral_core.grip.places import misplacements as misplacements
-from spiral_core.grip.places import search_mount as search_mount
 from spiral_core.grip.setup import Closing as Closing
 from spiral_core.grip.setup import GripSetup as GripSetup
 from spiral_core.grip.setup import lay_into_coil as lay_into_coil

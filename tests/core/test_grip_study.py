@@ -3,14 +3,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import cache
 from multiprocessing import get_context
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,20 +16,13 @@ import pytest
 from spiral_core import (
     Closing,
     GripSetup,
-    InvalidInputError,
-    MountAim,
-    Pull,
     grip_cases,
-    grip_window,
     lay_into_coil,
-    misplacements,
-    search_mount,
     solve_cases,
 )
-from spiral_core.grip import grip, places
+from spiral_core.grip import grip
 from spiral_core.grip.grip import GripCase, GripOutcome
-from spiral_core.grip.holding import HoldingForce, PullEnd
-from spiral_core.grip.places import moved, place_mount
+from spiral_core.grip.places import moved
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
@@ -136,7 +127,7 @@ def setup() -> GripSetup:
     return lay_into_coil(PLAIN, 0.025, closing=SMOOTH, elements=40)
 
 
-def test_a_mount_moves_the_object_by_its_shift_and_tilt() -> None:
+def test_an_object_moves_by_its_shift_and_tilt() -> None:
     """Along the object, from the base square to it, and across both."""
     frame, shift, tilt = setup().frame, (0.002, 0.004, -0.003), (0.05, -0.02)
     place, axis = setup().obstacle.position, setup().axis
@@ -144,74 +135,9 @@ def test_a_mount_moves_the_object_by_its_shift_and_tilt() -> None:
     np.testing.assert_allclose(frame, (axis, frame[1], across), atol=1e-12)
     assert np.linalg.norm(across) == pytest.approx(1.0)
     assert place @ frame[1] > 0.0 == pytest.approx(place @ across)
-    there = place_mount(setup(), shift, tilt).setup
+    there = moved(setup(), np.array((*shift, *tilt)))
     step = np.subtract(there.obstacle.position, place)
     np.testing.assert_allclose(frame @ step, shift, atol=1e-12)
     # Turned a little about the second and the third of these directions.
     tipped = np.cross((0.0, *tilt), (1.0, 0.0, 0.0))
     np.testing.assert_allclose(frame @ (there.axis - axis), tipped, atol=2e-3)
-
-
-def test_a_place_scores_the_width_of_its_window() -> None:
-    mount = place_mount(setup(), (0.0, 1e-3, 0.0))
-    window = grip_window(mount.setup)
-    end = window.top if window.loss is None else window.loss
-    low = window.onset_wrap
-    assert mount.score == pytest.approx(2.0 * (end - low) / (end + low))
-
-
-def test_a_mount_that_holds_nothing_or_who_knows_what_is_the_worst(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Nothing is greater than NaN: a search that began there would stay."""
-    inside = place_mount(setup(), shift=(0.0, -0.03, 0.0), aim=MountAim.FORCE)
-    assert (inside.window, inside.score) == (None, -math.inf)
-    none = np.zeros(1)
-    unknown = HoldingForce(Pull.AWAY, *(math.nan,) * 3, none, none, PullEnd.NOT_FOLLOWED)
-    monkeypatch.setattr(places, "holding_force", lambda point, pull: unknown)
-    assert place_mount(setup(), aim=MountAim.FORCE).score == -math.inf
-
-
-@pytest.fixture
-def paraboloid(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Let the score of a place be lower with the square of its distance from a top."""
-
-    def with_top(shift: tuple[float, float, float], tilt: tuple[float, float]) -> None:
-        top = moved(setup(), np.array((*shift, *tilt)))
-
-        def window(there: GripSetup) -> SimpleNamespace:
-            off = np.subtract(there.obstacle.position, top.obstacle.position) / 0.005
-            turned = (there.axis - top.axis) / 0.17
-            half = 0.5 - 0.005 * float(off @ off + turned @ turned)  # of the relative width
-            return SimpleNamespace(onset_wrap=1.0, loss=(1.0 + half) / (1.0 - half), top=9.0)
-
-        monkeypatch.setattr(places, "grip_window", window)
-
-    return with_top
-
-
-def test_a_search_never_ends_below_its_start(paraboloid: Callable[..., None]) -> None:
-    """On a score that is a paraboloid the compass search comes within its last step of the top."""
-    shift, tilt = (0.006, -0.004, 0.003), (0.1, -0.12)
-    paraboloid(shift, tilt)
-    best = search_mount(setup(), most_tries=500)
-    assert np.abs(np.subtract(best.shift, shift)).max() < 0.25 * 0.2 * 0.025
-    assert np.abs(np.subtract(best.tilt, tilt)).max() < 0.25 * math.radians(10.0)
-    tries: list[tuple[int, ...]] = []
-    few = search_mount(setup(), most_tries=7, progress=lambda *progress: tries.append(progress))
-    assert tries[-1] == (7, 7)
-    assert place_mount(setup()).score < few.score < best.score
-    with pytest.raises(InvalidInputError):
-        search_mount(setup(), most_tries=0)
-
-
-def test_misplacements_are_judged_each_way(paraboloid: Callable[..., None]) -> None:
-    paraboloid((0.001, 0.0, 0.0), (0.0, 0.01))
-    found = misplacements(setup(), shift=2e-3, tilt=0.03)
-    steps = [sign * row for row in np.diag((2e-3, 2e-3, 2e-3, 0.03, 0.03)) for sign in (1.0, -1.0)]
-    places = [(*place.shift, *place.tilt) for place in found]
-    np.testing.assert_allclose(places, [np.zeros(5), *steps], atol=1e-15)
-    for place in found:
-        assert place.score == place_mount(setup(), place.shift, place.tilt).score
-    with pytest.raises(InvalidInputError):
-        misplacements(setup(), shift=-1.0)
