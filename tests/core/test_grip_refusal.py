@@ -143,7 +143,8 @@ def holding(monkeypatch: pytest.MonkeyPatch) -> tuple[list[GripSetup], list[Grip
         closed.append(setup)
         there = np.linalg.norm(np.subtract(setup.obstacle.position, BEST_PLACE))
         point = SimpleNamespace(tip_gap=there, contact_length=0.0)
-        return SimpleNamespace(onset_wrap=5e4 if setup in held else None, points=(point,))
+        onset = 5e4 if setup in held else None
+        return SimpleNamespace(setup=setup, onset_wrap=onset, points=(point,))
 
     monkeypatch.setattr(places, "grip_window", window)
     return closed, held

@@ -190,7 +190,7 @@ def rest_turns(rod: Rod) -> list[float]:
     return turns
 
 
-# Properties are looked at this fraction of an element inside of its ends, since they may jump.
+# At breaks, where properties may jump, they are looked at this fraction of an element inside of it.
 INSIDE = 1e-9
 
 
@@ -232,7 +232,10 @@ def sampled(rod: Rod, nodes: Array) -> Samples:
         InvalidInputError: a profile's values have the wrong shape, are not finite or not positive.
     """
     steps = np.diff(nodes)
-    sites = nodes[:-1, None] + steps[:, None] * np.array((INSIDE, 0.5, 1.0 - INSIDE))
+    apart = np.abs(nodes[:, None] - np.array(rod.breaks))
+    jumps = np.any(apart <= INSIDE * rod.length, axis=1)
+    start, end = nodes[:-1] + INSIDE * steps * jumps[:-1], nodes[1:] - INSIDE * steps * jumps[1:]
+    sites = np.stack((start, nodes[:-1] + 0.5 * steps, end), axis=1)
     if isinstance(rod.section, Section):
         parts = [np.tile(part, (sites.size, 1, 1)) for part in rod.section.parts]
     else:

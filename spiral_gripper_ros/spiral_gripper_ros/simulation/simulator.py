@@ -34,7 +34,12 @@ BACKBONE_POINTS = 50
 # What the pressure must change by for the shape to be solved anew [Pa]: its tip moves by some
 # micrometers then.
 FINEST = 1.0
-_TRUTH = {"pressure": Float64, "object_radius": Float64, "grip": String, "backbone": PoseArray}
+_TRUTH = {
+    "simulated/pressure": Float64,
+    "simulated/object_radius": Float64,
+    "simulated/grip": String,
+    "simulated/backbone": PoseArray,
+}
 
 
 class Simulator:
@@ -60,8 +65,8 @@ class Simulator:
         self._estimator = RadiusEstimator(self._declared.values(), self._gripper.middle_radius)
         self._estimates = radii.create_publisher(Float64, "object_radius", qos_profile_sensor_data)
         self._told = {
-            name: node.create_publisher(kind, f"simulated/{name}", MEASUREMENTS)
-            for name, kind in _TRUTH.items()
+            topic: node.create_publisher(kind, topic, MEASUREMENTS)
+            for topic, kind in _TRUTH.items()
         }
         self._telling = RateGate()
         self._solved: tuple[float, float | None] = (math.nan, None)  # pressure and radius
@@ -109,9 +114,11 @@ class Simulator:
             self._solved = pressure, radius
             self._shape = self._gripper.shape(pressure)
             self._grip = self._gripper.grip(pressure, radius, self._shape)
-        self._told["pressure"].publish(Float64(data=pressure))
-        self._told["object_radius"].publish(Float64(data=radius or 0.0))  # 0: there is none
-        self._told["grip"].publish(String(data=self._grip.value))
+        self._told["simulated/pressure"].publish(Float64(data=pressure))
+        self._told["simulated/object_radius"].publish(
+            Float64(data=radius or 0.0)
+        )  # 0: there is none
+        self._told["simulated/grip"].publish(String(data=self._grip.value))
         if self._shape is not None:
             backbone = backbone_to_msg(self._shape, BACKBONE_POINTS, header)
-            self._told["backbone"].publish(backbone)
+            self._told["simulated/backbone"].publish(backbone)
