@@ -34,6 +34,15 @@ def hanging() -> GripSetup:
     return lay_into_coil(paper_gripper("70 degrees"), 0.020)
 
 
+def test_an_object_over_the_base_is_in_the_way_on_any_number_of_elements() -> None:
+    setup, outer = hanging(), hanging().gripper.tube.outer_radius
+    away = np.asarray(setup.obstacle.position) @ setup.frame[1]
+    over = (0.020 + 0.8 * outer - away, 0.0, 0.0, 0.0, 0.0)  # a fifth of the tube's radius
+    for elements in (45, 90, 180):
+        found = close_misplaced(setup, PRESSURE, over, PAYLOAD, elements)
+        assert found.outcome is CaptureOutcome.IN_THE_WAY
+
+
 class Rule(Executor):
     """Answers by a rule what closing on a misplaced object ends in."""
 

@@ -265,10 +265,13 @@ def hanging_tube(setup: GripSetup) -> RodState:
         SolverError: it has no certified shape.
     """
     problem, count = setup.closing_problem(0.0), setup.element_count
+    radius = problem.rod.radius
+    at_base = float(distances(setup.obstacle, np.zeros((1, 3)), radius)[0][0])
+    if not at_base > -PUSHED_ASIDE * radius:  # whatever the length of the first element
+        raise _in_the_way(setup, at_base)
     state = solve_contact(problem, elements=count, throw=False)
     if state.status is RodStatus.INSIDE_OBSTACLE:
         free = solve_contact(replace(problem, obstacles=()), elements=count)
-        radius = problem.rod.radius
         gap = float(distances(setup.obstacle, free.positions[1:], radius)[0].min())
         if not gap > -PUSHED_ASIDE * radius:
             raise _in_the_way(setup, gap)
