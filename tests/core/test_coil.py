@@ -143,4 +143,5 @@ def test_a_coil_with_just_as_many_turns_has_them_but_for_rounding():
     for same in (turns, turns * (1.0 + 1e-12)):
         assert coil.length_for_turns(same) == pytest.approx(LENGTH)
         assert coil.advance_for_turns(same) == pytest.approx(coil.advances[-1] - coil.advances[0])
-    assert coil.length_for_turns(turns * (1.0 + 1e-6)) is None
+    for more in (turns * (1.0 + 1e-6), math.inf, math.nan):
+        assert coil.length_for_turns(more) is None

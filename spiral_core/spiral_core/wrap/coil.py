@@ -66,7 +66,7 @@ class Coil:
     def _start_of_last(self, turns: float) -> float | None:
         """Return the arc length where the last ``turns`` turns begin [m]."""
         left = self.total_turns - turns
-        if not left >= -SAME_TURNS * turns:
+        if not left >= -SAME_TURNS * self.total_turns:
             return None
         left = max(left, 0.0)
         below = np.nonzero(self.turns <= left)[0]
