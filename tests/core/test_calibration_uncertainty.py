@@ -72,6 +72,15 @@ def test_the_error_of_the_pressure_is_that_of_the_slopes_though_nobody_knows_the
     assert result.standard_error < 0.02 * result.pressure
 
 
+def test_the_error_is_known_up_to_the_pressure_limit():
+    """Beyond it the gripper has no shape: slopes there are those of one side."""
+    fit = measured(ONE)
+    least = WrapCurve(fit.trial.gripper).radius_min
+    at_end, inside = pressure_uncertainty(fit, (least, 1.01 * least), rivals=())
+    assert at_end.pressure == fit.trial.gripper.pressure_max
+    assert at_end.standard_error == pytest.approx(inside.standard_error, rel=0.02)
+
+
 @pytest.mark.parametrize("truth_form", CurvatureForm)
 def test_the_interval_covers_what_the_readings_cannot_tell_apart(truth_form):
     (other_form,) = set(CurvatureForm) - {truth_form}

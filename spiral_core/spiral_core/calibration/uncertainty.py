@@ -35,7 +35,7 @@ from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.wrap import Wrap, wrapped_radius
 
 # Steps of the slopes, in standard errors along the principal directions of the covariance: small
-# against the curvature of P over the parameters, large against the wrap search's 1e-10.
+# against the curvature of r over the parameters, large against what a solve leaves of it.
 STEP = 0.1
 # Half the step of the radius' slope over the pressure, as a fraction of that.
 PRESSURE_STEP = 1e-4
@@ -145,17 +145,16 @@ def _by_fitted_law(
     """Return the pressures with the uncertainty of the constants alone."""
     wraps = _wraps(calibration, radii)
     best = np.array([wrap.pressure for wrap in wraps])
-    wrapped = partial(_radii, calibration, wraps)
-    rise = wrapped(calibration.values, 1.0 + PRESSURE_STEP)
-    rise = (rise - wrapped(calibration.values, 1.0 - PRESSURE_STEP)) / (2.0 * PRESSURE_STEP * best)
-    slopes = []
-    for direction in _principal_directions(calibration):
-        change = slope(wrapped, calibration.values, STEP * direction)
-        if change is None:  # beyond the ends of what can be gripped
-            requirement = "farther from the ends of the range, to judge their uncertainty"
-            raise InvalidInputError("radii", tuple(radii), requirement)
-        slopes.append(change / rise / STEP)
-    errors = np.linalg.norm(slopes, axis=0)
+    at = np.append(calibration.values, 1.0)
+    steps = [np.append(STEP * row, 0.0) for row in _principal_directions(calibration)]
+    steps.append(PRESSURE_STEP * np.eye(len(at))[-1])
+    changes = [slope(partial(_radii, calibration, wraps), at, step) for step in steps]
+    known = [change for change in changes if change is not None]
+    if len(known) < len(steps):  # beyond the ends of what can be gripped
+        requirement = "farther from the ends of the range, to judge their uncertainty"
+        raise InvalidInputError("radii", tuple(radii), requirement)
+    ratios = np.array(known[:-1]) / known[-1] * (PRESSURE_STEP / STEP)
+    errors = best * np.linalg.norm(ratios, axis=0)
     half = calibration.interval_factor(level) * errors
     rows = zip(radii, best, errors, best - half, best + half, strict=True)
     return [_of_constants(*map(float, row)) for row in rows]
@@ -253,16 +252,14 @@ def _wraps(calibration: Calibration, radii: Sequence[float]) -> list[Wrap]:
     return [curve.wrap_for_radius(float(radius)) for radius in radii]
 
 
-def _radii(
-    calibration: Calibration, wraps: Sequence[Wrap], values: Array, factor: float = 1.0
-) -> Array:
-    """Return the radii [m] that some parameters wrap at ``factor`` times the wraps' pressures."""
-    gripper = calibration.model.trial(values).gripper
+def _radii(calibration: Calibration, wraps: Sequence[Wrap], values: Array) -> Array:
+    """Return the radii [m] that some parameters wrap; the last is a factor on the pressures."""
+    gripper = calibration.model.trial(values[:-1]).gripper
     if gripper is None:
         raise TypeError("a fit with wraps has a gripper")
     found = []
     for wrap in wraps:
-        shape = gripper.unloaded_shape(factor * wrap.pressure)
+        shape = gripper.unloaded_shape(float(values[-1]) * wrap.pressure)
         count = len(wrap.state.positions) - 1
         state = solve_rod(
             gripper.rod(shape), gripper.load(shape), start=wrap.state, elements=count,
