@@ -23,15 +23,18 @@ from scipy.spatial.transform import Rotation
 from spiral_core import (
     Clamped,
     Guided,
+    Inertia,
     InvalidInputError,
     Obstacle,
     Plane,
     Rod,
     RodElement,
     RodLoad,
+    RodProblem,
     RodStatus,
     Section,
     differentiate,
+    solve_motion,
     solve_rod,
 )
 
@@ -211,3 +214,8 @@ def test_what_has_no_derivatives_is_refused():
     with pytest.raises(InvalidInputError, match="base_rotation"):
         differentiate(held, ("base_rotation",))
     assert differentiate(held, ("base_position",)).bounded
+    begin = solve_rod(rod, element=RodElement.MIXED)
+    falling = RodProblem(rod, RodLoad((0.0, 0.0, -0.3)))
+    motion = solve_motion(lambda _: falling, Inertia(0.03, 1e-7), (0.0, 0.1), start=begin)
+    with pytest.raises(InvalidInputError, match="one at rest"):
+        differentiate(motion.frames[-1].state)
