@@ -11,6 +11,7 @@ import numpy as np
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod import _newton
 from spiral_core.rod._algebra import matrices
 from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod._system import System
@@ -63,8 +64,8 @@ class RodStatus(Enum):
     )
 
 
-# In the order of the kernels' outcomes.
-STATUSES = tuple(RodStatus)
+# By the kernels' outcomes, whose names they have.
+STATUSES = {vars(_newton)[one.name]: one for one in RodStatus if one.name in vars(_newton)}
 
 
 class RodElement(Enum):
