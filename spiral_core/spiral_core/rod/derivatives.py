@@ -32,8 +32,8 @@ from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
 LARGEST_DOUBT = 1e-2
 # Forces on a node that are out of balance by more than this, of the largest one, move it.
 MOVED = 1e-5
-# Half the step of differences, as a fraction of the scales of the state: what is not linear or
-# quadratic leaves its square.
+# Half the step of differences, as a fraction of the scales of the state, far from folds: what is
+# not linear or quadratic leaves its square.
 STEP = 1e-5
 # Parameters and the number of their components, in the order of a change; those after the base's
 # for each obstacle.
@@ -167,6 +167,8 @@ def _free(state: RodState, rows: Array) -> tuple[Array, Array, Array, Array]:
         raise InvalidInputError("state", data, "one that a solver returned")
     given = uniform_system(nodes - 1, data) if isinstance(data, UniformRod) else data
     steps = _steps(state.arc_lengths[-1], float(given.elements.stiffness[:, 1:3].min()))
+    # Next to a fold Newton's step is linear only in what is small against the pivot.
+    steps *= min(1.0, state.smallest_pivot) ** (2.0 / 3.0)
     turns, moved, base = free_differences(np.array(state.orientations), given, rows * steps)
     per = rows @ (1.0 / steps)
     shift, turn = rows[:, None, 19:22], rows[:, None, 22:25]
