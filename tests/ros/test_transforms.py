@@ -144,6 +144,13 @@ def test_a_pose_in_another_frame_is_taken_at_its_time(node, frames):
     assert seen.center == pytest.approx(tuple(expected), abs=1e-12)
     assert seen.axis == pytest.approx(tuple((turn * tilt).apply((0, 0, 1))), abs=1e-12)
     assert frames.asked[-1] == Time.from_msg(message.header.stamp)
+    for part in "xyzw":  # as far off as a quaternion may be
+        rotation = frames.transforms["gripper_base", CAMERA].transform.rotation
+        setattr(rotation, part, 1.0009 * getattr(rotation, part))
+    deliver(node, "object_pose", message)
+    again = node.runtime.seen_object()
+    assert again is not seen
+    assert (*again.center, *again.axis) == pytest.approx((*seen.center, *seen.axis), abs=1e-12)
     message.header.stamp.sec = -1
     deliver(node, "object_pose", message)
     assert "negative" in node.runtime.objects.problem

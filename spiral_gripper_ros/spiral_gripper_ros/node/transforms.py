@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib
+import math
 from typing import Any
 
 from rclpy.node import Node
@@ -91,7 +92,7 @@ class Transforms:
         return rotated(turn, (0.0, 0.0, -1.0)), stamp
 
     def _look_up(self, frame: str, stamp: Any) -> tuple[Vector, Quaternion, Any]:  # noqa: ANN401
-        """Return the shift [m] and the turn of a frame, and the time at which they were true."""
+        """Return the shift [m] and the turn of a frame, a unit quaternion, and their time."""
         self.listen()
         try:
             time = stamp if isinstance(stamp, Time) else Time.from_msg(stamp)
@@ -109,4 +110,6 @@ class Transforms:
                 f"the transform from {frame!r} to {self._base!r} is no rigid motion, got "
                 f"{place}, {turn}"
             ) from None
-        return shift, quaternion, found.header.stamp
+        size = math.hypot(*quaternion)  # 1 but for its digits
+        x, y, z, w = (component / size for component in quaternion)
+        return shift, (x, y, z, w), found.header.stamp
