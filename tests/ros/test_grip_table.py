@@ -33,6 +33,7 @@ NEVER_LOST = figures(curling=None, loss=None)
         (figures(), 7.999e4, WrapRegime.CURLING),
         (figures(), 8.0e4, WrapRegime.OVERHANG),
         (NEVER_LOST, 1.0e9, WrapRegime.PERFECT_WRAP),
+        (NEVER_LOST, math.nan, WrapRegime.OVERHANG),  # not held, whatever it is
     ],
 )
 def test_the_regime_is_that_of_the_contact_at_radii_of_the_table_and_between(
@@ -42,7 +43,9 @@ def test_the_regime_is_that_of_the_contact_at_radii_of_the_table_and_between(
     answer = grip.answer(pressure, at_pose=True)
     assert answer.regime is regime
     assert (answer.onset_curling, answer.loss) == (grip.onset_curling, grip.loss)
-    assert blend(0.02, 0.8 * pressure, grip, grip).regime is regime
+    blended = blend(0.02, 0.8 * pressure, grip, grip)
+    assert blended.regime is regime
+    assert (answer.normal_force > 0.0) is (blended.normal_force > 0.0) is (pressure < grip.loss)
 
 
 def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():

@@ -150,7 +150,7 @@ class GripFigures:
 
     def forces(self, pressure: float) -> dict[str, float]:
         """Return what changes with the pressure [Pa], by its name in :class:`GripAnswer`."""
-        if pressure >= self.loss:
+        if not pressure < self.loss:
             return dict.fromkeys(FORCES, 0.0) | {"settling": math.nan}
         path = {"contact_length": self.contact_lengths, "normal_force": self.normal_forces}
         values = {n: float(np.interp(pressure, self.pressures, each)) for n, each in path.items()}
@@ -177,6 +177,6 @@ class GripFigures:
 
 def regime_at(pressure: float, onset: float, curling: float, loss: float) -> WrapRegime:
     """Return how an object is held at a pressure, between those at which that changes [Pa]."""
-    if pressure < onset or pressure >= loss:
+    if not onset <= pressure < loss:
         return WrapRegime.OVERHANG
     return WrapRegime.CURLING if pressure >= curling else WrapRegime.PERFECT_WRAP
