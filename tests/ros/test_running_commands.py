@@ -148,6 +148,14 @@ def test_what_cannot_be_is_refused_in_one_line_before_anything_is_sent(capsys, a
     assert (captured.out, captured.err.count("\n")) == ("", 1)
 
 
+def test_a_release_whose_time_out_is_no_number_vents_but_does_not_count_as_without_it(active):
+    active.wrap(0.02)
+    answer = commands.release(active.get_namespace(), float("nan"))
+    assert not answer.good
+    assert "timeout must be a positive finite number, got nan s" in answer.lines[0]
+    active.wait_until(lambda: active.pressures[-1] == 0.0, "the vent")
+
+
 def test_json_has_null_for_what_is_no_number(monkeypatch, capsys):
     document = {"pressure": float("nan"), "forces": [1.0, float("inf")]}
     answer = SimpleNamespace(document=document, lines=[], good=True)

@@ -143,7 +143,10 @@ def known(values: Sequence[float]) -> float | None:
 
 
 def optional(value: float | None) -> list[float]:
-    """Return the list of at most one number that stands for a value in a message.
+    """Return the list of at most one number that tells of a value in a message of this node.
+
+    What is no finite number is not known. A request is not made so: what was asked for with it
+    would count as not given, where it is to be refused.
 
     Example:
         >>> optional(0.02), optional(None), optional(math.inf)

@@ -19,7 +19,12 @@ from spiral_core.validation import require_direction
 from spiral_gripper import GripperDescription, available_tubing, load_tubing
 from spiral_gripper.reports.design_document import description_text
 from spiral_gripper_msgs.msg import DesignChange, DesignMargin, DesignStep, Winding
-from spiral_gripper_ros.messages.conversions import filled, known, vector_from_msg
+from spiral_gripper_ros.messages.conversions import (
+    OPTIONAL_NUMBER,
+    filled,
+    known,
+    vector_from_msg,
+)
 from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, gravity_problem
 
 # Each is estimated, and the promising ones are solved as rods, at some tens of milliseconds each.
@@ -93,7 +98,7 @@ def _given(request: Any) -> dict[str, float]:  # noqa: ANN401
     """Return the optional numbers of a request that it states; a 0 is none."""
     values: dict[str, float] = {}
     for name, kind in request.get_fields_and_field_types().items():
-        value = known(getattr(request, name)) if kind == "sequence<double, 1>" else None
+        value = known(getattr(request, name)) if kind == OPTIONAL_NUMBER else None
         if value == 0.0:
             raise InvalidInputError(name, value, "positive where it is given")
         if value is not None:

@@ -18,7 +18,7 @@ from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_nod
 from spiral_gripper_ros.client.connection import Connection
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known, optional
+from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
 from spiral_gripper_ros.tools.node_text import node_text
 from spiral_gripper_ros.tools.watcher import Watcher
 
@@ -160,7 +160,8 @@ def release(namespace: str, timeout: float | None) -> Answer:
     action = ActionClient(link.node, Release, "release")
     try:
         link.require(action.server_is_ready)
-        goal = Release.Goal(timeout=optional(timeout))
+        # One that is no number is sent as it is: the node vents all the same, and says so.
+        goal = Release.Goal(timeout=[] if timeout is None else [timeout])
         handle = link.answer(action.send_goal_async(goal), "release")
         ended = handle.get_result_async()
         while not link.spin_until(ended.done, SHOW_PERIOD):
