@@ -21,7 +21,7 @@ from std_msgs.msg import Float64
 
 from spiral_core import SolverError
 from spiral_core.rod.state import RodStatus
-from spiral_gripper_msgs.action import Release
+from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_ros.actions import grasp
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node import display
@@ -236,16 +236,31 @@ def test_a_goal_and_its_cancel_are_commanded_at_once_not_at_the_next_tick(tracki
     assert goal.end()[1].reason == Reason.GRASP_CANCELED
 
 
-def test_a_release_that_is_canceled_before_it_is_started_has_vented(tracking, client):
-    """Both requests wait before the node looks for either."""
+@pytest.mark.parametrize(
+    ("name", "goal", "text", "state"),
+    [
+        (
+            "release",
+            Release.Goal(),
+            "the gripper stays released",
+            (State.RELEASED, Reason.RELEASED),
+        ),
+        ("grasp", Grasp.Goal(object_radius=0.025), "before it was started", TRACKING),
+    ],
+)
+def test_a_goal_that_is_canceled_before_it_is_started_vents_if_it_is_a_release(
+    tracking, client, name, goal, text, state
+):
+    """Both requests wait before the node looks for either; a grasp has changed nothing."""
     client.spinner.add_node(tracking)
-    action = ActionClient(client, Release, "release")
-    canceling = client.create_client(CancelGoal, "release/_action/cancel_goal")
+    action = ActionClient(client, {"release": Release, "grasp": Grasp}[name], name)
+    canceling = client.create_client(CancelGoal, f"{name}/_action/cancel_goal")
     tick_until(tracking, lambda: tracking.published[-1] > 0.0)
     client.wait_until(
         lambda: action.server_is_ready() and canceling.service_is_ready(), "the action"
     )
-    answer = action.send_goal_async(Release.Goal())
+    before = tracking.runtime.control.snapshot()
+    answer = action.send_goal_async(goal)
     canceling.call_async(CancelGoal.Request())
     time.sleep(0.3)
     client.wait_until(answer.done, "an answer to the goal")
@@ -253,9 +268,12 @@ def test_a_release_that_is_canceled_before_it_is_started_has_vented(tracking, cl
     client.wait_until(ended.done, "the end of the goal")
     assert ended.result().status == GoalStatus.STATUS_CANCELED
     assert ended.result().result.reason == Reason.GRASP_CANCELED
-    assert "the gripper stays released" in ended.result().result.message
-    assert state_of(tracking) == (State.RELEASED, Reason.RELEASED)
-    assert tracking.published[-1] == 0.0
+    assert text in ended.result().result.message
+    after = tracking.runtime.control.snapshot()
+    assert state_of(tracking) == state
+    target = before.pressure_target if state == TRACKING else 0.0
+    assert after.pressure_target == target
+    assert (tracking.published[-1] == 0.0) is (name == "release")
     action.destroy()
     client.spinner.remove_node(tracking)
 
