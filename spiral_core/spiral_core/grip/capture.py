@@ -298,14 +298,13 @@ def capture_region(
         return empty
     turns = [number / DIRECTIONS for number in range(DIRECTIONS)]
     ways = [_in_plane(plane, turn) for plane in PLANES for turn in turns]
-    between = _between_axes()
-    closings.total += 2 * len(ways) + 2 + len(between)
+    closings.total += 2 * len(ways) + 2
     last = np.eye(5)[4]
     found = closings.solve([_outwards(reach, way) for way in (*ways, -last, last)])
     first = [dict(zip(turns, found[n * DIRECTIONS :], strict=False)) for n in range(len(PLANES))]
     shifts, tilts = map(partial(_followed, closings, reach), PLANES, first)
     region = replace(empty, shifts=shifts, tilts=tilts, radius=tuple(found[-2:]))
-    ball, beyond = _ball(closings, region, between)
+    ball, beyond = _ball(closings, region)
     return replace(region, ball=ball, ball_beyond=beyond, closings=len(closings.used))
 
 
@@ -396,18 +395,14 @@ def _between(first: float, second: float, turn: float) -> float:
     return 2.0 * first * second * math.cos(2.0 * math.pi * turn) / (first + second)
 
 
-def _ball(
-    closings: _Closings, region: CaptureRegion, ways: Sequence[Array]
-) -> tuple[float, CaptureOutcome]:
+def _ball(closings: _Closings, region: CaptureRegion) -> tuple[float, CaptureOutcome]:
     """Return by how much the smaller limits have to be scaled to be safe, and what limits it.
 
     At most by what lies within both outlines. A way that is safe is taken to be safe at smaller
     sizes too.
     """
-    boundaries, places = (
-        (*region.shifts, *region.tilts),
-        [way * region.smaller_limits for way in ways],
-    )
+    boundaries = (*region.shifts, *region.tilts)
+    places = [way * region.smaller_limits for way in _between_axes()]
     shares = region.outline(boundaries) / np.maximum(region.smaller_limits, SMALLEST)
     sizes = [1.0, *np.linalg.norm(shares, axis=1).tolist()]
     nearest = int(np.argmin(sizes))
@@ -415,6 +410,7 @@ def _ball(
     low, high = 0.0, sizes[nearest]
     at = high
     while high - low > 1.0 / BALL_STEPS:
+        closings.total += len(places)
         outcomes = closings.solve([_once(at * place) for place in places])
         failing = [n for n, each in enumerate(outcomes) if each is not CaptureOutcome.HOLDS]
         if failing:
