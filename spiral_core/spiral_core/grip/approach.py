@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core.errors import NoCoilError, NotGrippableError, SolverError, SpiralError
 from spiral_core.grip.capture import CaptureOutcome, CaptureRegion, capture_region, close_misplaced
-from spiral_core.grip.grip import Grip, solve_grip
+from spiral_core.grip.grip import Grip, recommended_grip
 from spiral_core.grip.holding import Pull, holding_force
 from spiral_core.grip.places import FARTHEST_SHIFT, evenly, mapping, missing_to_wrap
 from spiral_core.grip.setup import GripSetup, lay_into_coil
@@ -344,8 +344,7 @@ def judge(task: ApproachTask, pose: BasePose) -> Trial:
 
 def gripped(task: ApproachTask, pose: BasePose) -> GripPoint:
     """Return the grip of a pose at its recommended pressure."""
-    grip = solve_grip(approach_setup(task, pose), (Pull.DOWN,))
-    return grip.window.at(grip.recommended_pressure(task.payload))
+    return recommended_grip(approach_setup(task, pose), task.payload)
 
 
 def _force(point: GripPoint) -> float:

@@ -318,6 +318,23 @@ def solve_grip(
     return Grip(window, tuple(points), {pull: tuple(found) for pull, found in forces.items()})
 
 
+def recommended_grip(
+    setup: GripSetup, payload: float | None = None, progress: Progress | None = None
+) -> GripPoint:
+    """Return the grip at its recommended pressure, see :meth:`Grip.recommended_pressure`.
+
+    Holding forces are computed only with a payload [kg].
+
+    Raises:
+        InvalidInputError: the payload is not positive.
+        NotGrippableError: no pressure wraps the object, or carries the payload.
+        SolverError: a state could not be certified.
+    """
+    pulls, pressures = ((), ()) if payload is None else ((Pull.DOWN,), None)
+    grip = solve_grip(setup, pulls, pressures=pressures, progress=progress)
+    return grip.window.at(grip.recommended_pressure(payload))
+
+
 @dataclass(frozen=True, slots=True)
 class Refinement:
     """What twice the elements change, and how far the contact lets the tube sink in.

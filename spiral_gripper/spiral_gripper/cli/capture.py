@@ -110,10 +110,7 @@ def recommended(setup: GripSetup, payload: float | None, *, quiet: bool) -> floa
     Raises:
         NotGrippableError: no pressure wraps the object, or carries the payload.
     """
-    from spiral_core.grip.grip import solve_grip
-    from spiral_core.grip.holding import Pull
+    from spiral_core.grip.grip import recommended_grip
 
-    pulls, pressures = ((), ()) if payload is None else ((Pull.DOWN,), None)
     with progress_bar("closing, then pulling", quiet=quiet) as progress:
-        grip = solve_grip(setup, pulls, pressures=pressures, progress=progress)
-    return grip.recommended_pressure(payload)
+        return recommended_grip(setup, payload, progress).pressure
