@@ -12,16 +12,16 @@ import click
 from spiral_gripper.cli.gripper import described
 from spiral_gripper.cli.output import print_json, write_picture
 from spiral_gripper.cli.types import (
-    FRICTION,
-    MASS,
     NUMBER,
     POSITIVE_LENGTH,
     QuantityType,
     Suffixed,
     flag,
+    friction_option,
     gripper_argument,
     option,
     output_options,
+    payload_option,
     plot_option,
     typed,
     unit_vector,
@@ -49,13 +49,8 @@ from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
     default=(0.0, 0.0, -1.0),
     show_default="0 0 -1",
 )
-@option("--payload", MASS, "Mass of the object to carry.")
-@option(
-    "--friction",
-    FRICTION,
-    "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
-    metavar="MU",
-)
+@payload_option
+@friction_option
 @option(
     "--tilt-max",
     QuantityType("ANGLE", above=0.0, most="180 deg"),

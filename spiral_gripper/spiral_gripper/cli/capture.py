@@ -11,15 +11,15 @@ import click
 from spiral_gripper.cli.gripper import described, mounted, require_pressure
 from spiral_gripper.cli.output import print_json, print_rows, write_picture
 from spiral_gripper.cli.types import (
-    FRICTION,
-    MASS,
     POSITIVE_LENGTH,
     PRESSURE,
     Suffixed,
+    friction_option,
     gripper_argument,
     mount_options,
     option,
     output_options,
+    payload_option,
     plot_option,
     typed,
 )
@@ -32,13 +32,8 @@ if TYPE_CHECKING:
 @click.command()
 @gripper_argument
 @option("--radius", POSITIVE_LENGTH, "Radius of a cylinder.", required=True)
-@option("--payload", MASS, "Mass of the object to carry.")
-@option(
-    "--friction",
-    FRICTION,
-    "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
-    metavar="MU",
-)
+@payload_option
+@friction_option
 @option("--pressure", PRESSURE, "Close up to this pressure.  [default: the recommended one]")
 @option(
     "--results",

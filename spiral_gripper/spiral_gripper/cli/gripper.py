@@ -14,16 +14,16 @@ from spiral_gripper.cli.output import print_json, print_result, print_rows, writ
 from spiral_gripper.cli.requirement import gravity_from
 from spiral_gripper.cli.types import (
     FORCE,
-    FRICTION,
-    MASS,
     PRESSURE,
     flag,
+    friction_option,
     gripper_argument,
     mount_options,
     note_unit,
     object_options,
     option,
     output_options,
+    payload_option,
     place_options,
     plot_option,
     sensitivity_option,
@@ -146,12 +146,7 @@ def wrap(
 @gripper_argument
 @object_options
 @place_options
-@option(
-    "--friction",
-    FRICTION,
-    "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
-    metavar="MU",
-)
+@friction_option
 @flag(
     "--frictionless-closing",
     "Close without friction, then pull with friction: the best case.",
@@ -164,7 +159,7 @@ def wrap(
     "Look at this pressure in place of ten. May be repeated.",
     many="pressures",
 )
-@option("--payload", MASS, "Mass of the object to carry.")
+@payload_option
 @flag(
     "--spread",
     "Close again with the object moved aside by a millionth of the length, and print what "

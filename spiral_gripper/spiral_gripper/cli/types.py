@@ -370,6 +370,13 @@ mount_options = together(
         metavar="X Y Z",
     ),
 )
+friction_option = option(
+    "--friction",
+    FRICTION,
+    "Friction coefficient of tube and object; by default the gripper file's, or 0.3.",
+    metavar="MU",
+)
+payload_option = option("--payload", MASS, "Mass of the object to carry.")
 sensitivity_option = flag(
     "--sensitivity", "Change every input to both sides and print what that changes, the most first."
 )

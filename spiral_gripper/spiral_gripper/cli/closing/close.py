@@ -12,12 +12,12 @@ import click
 from spiral_gripper.cli.gripper import described, mounted, require_pressure
 from spiral_gripper.cli.output import print_result, say_written, write_picture
 from spiral_gripper.cli.types import (
-    FRICTION,
     LENGTH,
     PRESSURE,
     PRESSURE_RATE,
     TIME,
     flag,
+    friction_option,
     gripper_argument,
     mount_options,
     option,
@@ -34,12 +34,7 @@ from spiral_gripper.cli.workers import progress_bar
 @option("--rate", PRESSURE_RATE, "Rate at which the pressure rises.", required=True, metavar="RATE")
 @option("--pressure", PRESSURE, "Final pressure; by default 1.15 times that of the perfect wrap.")
 @option("--wait", TIME, "Time at the final pressure before the grip is judged.", shown="2 s")
-@option(
-    "--friction",
-    FRICTION,
-    "Friction coefficient; by default the gripper file's, or 0.3.",
-    metavar="MU",
-)
+@friction_option
 @option(
     "--retardation-time",
     TIME,
