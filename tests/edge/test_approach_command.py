@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``approach``: poses in tables, data and a picture; a file from which it goes on."""
 
+import json
 import math
 from types import SimpleNamespace
 
@@ -77,6 +78,30 @@ def test_an_interrupted_search_goes_on_and_another_question_begins_anew(screened
     assert len(screened) == count + 2
     said(*asked, "--tilt-max", "11 deg")
     assert len(screened) > count + 4
+
+
+@pytest.mark.usefixtures("screened")
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"case": 5},
+        {"outcome": {"refusal": "", "force": math.nan}},
+        {"outcome": {"refusal": "", "pressure": "high"}},
+        {"outcome": {"refusal": "", "size": math.inf}},
+        {"outcome": {"refusal": "", "missing": math.nan}},
+        {"outcome": "UNKNOWN"},
+    ],
+)
+def test_a_damaged_file_of_results_is_refused_and_other_questions_are_left(damage, said, tmp_path):
+    file = tmp_path / "approach.jsonl"
+    other = [{"case": case, "outcome": "HOLDS"} for case in ([], ["another", [1.0]])]
+    lines = [json.dumps(line) + "\n" for line in (*other, other[0] | damage)]
+    file.write_text("".join(lines), encoding="utf-8")
+    asked = [*UPRIGHT, "--results", str(file)]
+    assert "line 3 must be an outcome of a study" in said(*asked, code=2)
+    file.write_text("".join(lines[:2]), encoding="utf-8")
+    said(*asked)
+    assert file.read_text(encoding="utf-8").startswith("".join(lines[:2]))
 
 
 def test_where_nothing_grips_the_reasons_and_the_nearest_are_printed(screened, said, monkeypatch):

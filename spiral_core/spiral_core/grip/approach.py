@@ -24,7 +24,13 @@ from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import GripPoint, Progress, WindowEnd, grip_window
 from spiral_core.rod.contact.obstacles import Quaternion
 from spiral_core.rod.types import Array, Vector
-from spiral_core.validation import require_direction, require_in_range, require_positive
+from spiral_core.validation import (
+    require_direction,
+    require_finite,
+    require_in_range,
+    require_non_negative,
+    require_positive,
+)
 from spiral_core.wrap.gripper import Gripper
 
 # Directions of gravity in the base frame that a search begins with: in a coarse one, in a full one.
@@ -136,6 +142,9 @@ class Trial:
         force: that holds the object against gravity [N].
         size: of the region of capture [m]: largest root of the sum of squares of the errors of the
             pose, two shifts and two tilts, a degree counted as a millimeter.
+
+    Raises:
+        InvalidInputError: a value is not finite; ``missing`` may be infinite.
     """
 
     refusal: str
@@ -143,6 +152,12 @@ class Trial:
     pressure: float = 0.0
     force: float = 0.0
     size: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("pressure", "force", "size"):
+            require_finite(name, getattr(self, name))
+        if self.missing != math.inf:
+            require_non_negative("missing", self.missing)
 
     @property
     def score(self) -> tuple[float, ...]:

@@ -60,13 +60,23 @@ class LineFile(Generic[Outcome]):
         for count, line in enumerate(whole.splitlines(), start=1):
             try:
                 entry = json.loads(line)
-                key, outcome = entry["case"], outcome_of(entry["outcome"])
+                [*key], outcome = entry["case"], outcome_of(entry["outcome"])
             except (ValueError, KeyError, TypeError):
                 requirement = "an outcome of a study, in JSON"
                 raise InvalidInputError(f"{path}: line {count}", line, requirement) from None
             self.kept[json.dumps(key)] = outcome
         if whole != text:
             write_file(path, whole)
+
+    def under(self, case: Sequence[Any]) -> dict[tuple[Any, ...], Outcome]:
+        """Return outcomes by the list that ends their case, of those that begin with ``case``."""
+        start = json.loads(json.dumps(case))
+        found: dict[tuple[Any, ...], Outcome] = {}
+        for text, outcome in self.kept.items():
+            key = json.loads(text)
+            if key[:-1] == start and isinstance(key[-1], list):
+                found[tuple(key[-1])] = outcome
+        return found
 
     def append(self, case: Sequence[Any], outcome: object) -> None:
         """Append an outcome at once.
@@ -130,11 +140,7 @@ class CaptureFile:
         digest = hashlib.sha256(repr(asked).encode()).hexdigest()[:16]
         self._key = [setup.gripper.name, *setup.gripper.gravity, _digest(setup.gripper), digest]
         self._file = LineFile(path, CaptureOutcome.__getitem__)
-        self.known: dict[Misplacement, CaptureOutcome] = {}
-        for key, outcome in self._file.kept.items():
-            *case, misplacement = json.loads(key)
-            if case == self._key:
-                self.known[tuple(misplacement)] = outcome
+        self.known: dict[Misplacement, CaptureOutcome] = self._file.under(self._key)
 
     def keep(self, misplacement: Misplacement, outcome: CaptureOutcome) -> None:
         """Append an outcome at once; see :meth:`LineFile.append`."""
@@ -156,13 +162,8 @@ class ApproachFile:
         gripper = task.gripper
         asked = (task.radius, task.object_axis, task.gravity, task.payload, task.tilt_max)
         self._case = [gripper.name, gripper.friction_coefficient, *asked, _digest(gripper)]
-        self._case = json.loads(json.dumps(self._case))
         self._file = LineFile(path, _approach_result)
-        self.known: dict[Key, Found] = {}
-        for text, found in self._file.kept.items():
-            *case, key = json.loads(text)
-            if case == self._case:
-                self.known[tuple(key)] = found
+        self.known: dict[Key, Found] = self._file.under(self._case)
 
     def keep(self, key: Key, found: Found) -> None:
         """Append a result at once; see :meth:`LineFile.append`."""
