@@ -205,6 +205,7 @@ def test_a_shift_moves_the_object_in_the_base_frame():
     ("name", "value"),
     [
         ("radius", 0.0),
+        ("radius", None),
         ("object_axis", (0.0, 0.0, 0.0)),
         ("gravity", (0.0, 0.0, 0.0)),
         ("payload", -1.0),

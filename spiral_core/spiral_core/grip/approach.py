@@ -88,9 +88,10 @@ class ApproachTask:
     tilt_max: float = math.pi
 
     def __post_init__(self) -> None:
-        for name in ("radius", "tilt_max", "payload"):
-            if (value := getattr(self, name)) is not None:
-                require_positive(name, value)
+        require_positive("radius", self.radius)
+        if self.payload is not None:
+            require_positive("payload", self.payload)
+        require_positive("tilt_max", self.tilt_max)
         require_in_range("tilt_max", self.tilt_max, 0.0, math.pi, "rad")
         _ = self.axis  # checked with gravity
 
@@ -204,7 +205,7 @@ class ApproachAnswer:
     Args:
         task: what was asked.
         approaches: the best first, each more than 20 degrees from the others; at most three.
-        tried: what each pose was found to do on few elements.
+        tried: what each pose was found to do, on few elements; the strongest on the usual ones.
     """
 
     task: ApproachTask
@@ -218,7 +219,7 @@ class ApproachAnswer:
 
     @property
     def nearest(self) -> BasePose:
-        """The best pose by what few elements say; where none grips, the one that comes nearest."""
+        """The best pose of those tried; where none grips, the one that comes nearest."""
         return max(self.tried, key=lambda pose: self.tried[pose].score)
 
     @property
