@@ -44,7 +44,7 @@ OUTWARD_STEPS = 10
 # farther from that line than this many resolutions.
 DIRECTIONS = 8
 FOLLOWED, BENT = 3, 2.5
-# The ball is located to this part of its size.
+# The ball is located to one part in so many of the smaller limits.
 BALL_STEPS = 32
 # An ellipsoid is not thinner than this [m, rad].
 SMALLEST = 1e-9
@@ -269,7 +269,7 @@ def capture_region(
     From the center outwards a boundary is looked for in ten steps of the reach, then between the
     last two: along the axes and the diagonals of two planes. Strips thinner than a step that are
     not held can be missed. Between these directions the boundary is followed from the straight line
-    between its neighbors. Some 300 closings.
+    between its neighbors. 300 to 500 closings.
 
     Args:
         setup: the gripper and its object, a cylinder, in its place.

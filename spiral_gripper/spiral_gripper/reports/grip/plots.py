@@ -245,9 +245,9 @@ def capture_figure(region: CaptureRegion, title: str) -> Figure:
         for corner, boundary in zip(corners, boundaries, strict=True):
             axes.plot(*corner, "o", ms=3.5, color=LIMIT_COLORS[boundary.beyond])
         axes.plot(0.0, 0.0, "+", color="black", ms=7)
-        center = np.linspace(0.0, 2.0 * np.pi, 181)
+        angles = np.linspace(0.0, 2.0 * np.pi, 181)
         size = in_units(region.semi_axes[[across, up]], unit)
-        axes.plot(size[0] * np.cos(center), size[1] * np.sin(center), "--", color="black", lw=0.8)
+        axes.plot(size[0] * np.cos(angles), size[1] * np.sin(angles), "--", color="black", lw=0.8)
         axes.set_xlabel(axis_label(COMPONENTS[across][1], unit))
         axes.set_ylabel(axis_label(COMPONENTS[up][1], unit))
         axes.set_aspect("equal")
