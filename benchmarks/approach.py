@@ -91,7 +91,8 @@ def main() -> None:
     parser.add_argument("--poses", type=int, default=POSES, help="random ones of each")
     given = parser.parse_args()
     lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []
-    found = {each["object"]: each for each in map(json.loads, lines)}
+    kept_answers = map(json.loads, lines)
+    found = {each["object"]: each for each in kept_answers if each["poses"] == given.poses}
     with KEPT.open("a", encoding="utf-8") as kept:
         for index in track(range(given.objects), "approaching"):
             if index not in found:
