@@ -114,3 +114,6 @@ def test_where_nothing_grips_the_reasons_and_the_nearest_are_printed(screened, s
     nearest = printed.partition("along ")[2].split()[:3]
     assert np.array(nearest, dtype=float) == pytest.approx((0.0, 0.0, -1.0), abs=1e-3)
     assert screened == []
+    monkeypatch.setattr(approach, "screen", lambda *_: Trial("too thick"))
+    approach.screen.__name__ = "screen"
+    assert "the nearest" not in said(*UPRIGHT, code=1)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from rich.console import Console
@@ -10,7 +11,6 @@ from rich.markup import escape
 
 from spiral_core.grip.approach import Approach, ApproachAnswer, base_rotation
 from spiral_core.rounding import rounded_down
-from spiral_core.wrap.gripper import STANDARD_GRAVITY
 from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.fields import Field, document_of, rows_of
 from spiral_gripper.reports.grip.capture import CAPTURE
@@ -25,8 +25,10 @@ def _vector(values: Any) -> str:  # noqa: ANN401
 
 
 def _ratio(approach: Approach) -> float | None:
-    payload = approach.task.payload
-    return None if payload is None else approach.found.force / (payload * STANDARD_GRAVITY)
+    task = approach.task
+    if task.payload is None:
+        return None
+    return approach.found.force / (task.payload * math.hypot(*task.gravity))
 
 
 def _holds(approach: Approach) -> str:
@@ -92,5 +94,7 @@ def print_answer(answer: ApproachAnswer, console: Console) -> None:
         return
     for reason, times in answer.reasons.most_common(MOST_REASONS):
         console.print(escape(f"{times} poses: {shown_message(reason)}"), highlight=False)
+    if math.isinf(answer.tried[answer.nearest].missing):  # no tube came near
+        return
     tube = base_rotation(answer.task, answer.nearest).as_matrix()[:, 0]
     console.print(f"the nearest: with the tube at the base along {_vector(tube)}", highlight=False)
