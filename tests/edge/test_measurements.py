@@ -141,6 +141,9 @@ def test_a_bad_file_is_named_with_line_and_column(text, line, column, reason):
 def test_what_is_stated_beside_the_file_must_fit_it():
     assert "no column" in problems(GOOD, units={"presure": "psi"})[0][3]
     assert 'but "psi" is stated for it' in problems(GOOD, units={"pressure": "psi"})[0][3]
+    stray = {f"stray{number}": "mm" for number in (3, 1, 2, 5, 4)}
+    assert [p[2] for p in problems(GOOD, units=stray)] == list(stray)
+    assert len(problems("", units=stray, ignored=("none",))) == 1
     assert (
         "only these can have one: pressure, extension"
         in problems(GOOD, errors={"colour": "1 mm"})[0][3]

@@ -208,11 +208,11 @@ def run_calibration(
         InvalidInputError: too few readings, or nothing to fit.
         SpiralError: no law could be fitted; the first one's reason.
     """
-    options = options or CalibrationOptions()
+    options, trial = options or CalibrationOptions(), _trial(description)
     for one in measurements:
         if not options.accept_implausible:
-            _refuse_mix_ups(_trial(description), one)
-        _refuse_contradictions(_trial(description), one, robust=options.robust)
+            _refuse_mix_ups(trial, one)
+        _refuse_contradictions(trial, one, robust=options.robust)
     readings = [reading for one in measurements for reading in one.readings]
 
     def outcome(law: str) -> Outcome:

@@ -13,9 +13,12 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 import click
 
-from spiral_gripper.cli.types import Decorated
+from spiral_gripper.cli.types import option
 
 MOST_JOBS = 1024
+jobs_option = option(
+    "--jobs", click.IntRange(1, MOST_JOBS), "Number of processes.  [default: one per core]"
+)
 _interrupted = threading.Event()
 
 
@@ -86,15 +89,6 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
             bar.update(task, completed=done, total=total)
 
         yield move
-
-
-def jobs_option(function: Decorated) -> Decorated:
-    """Add ``--jobs``."""
-    return click.option(
-        "--jobs",
-        type=click.IntRange(1, MOST_JOBS),
-        help="Number of processes.  [default: one per core]",
-    )(function)
 
 
 def worker_pool(jobs: int | None) -> AbstractContextManager[Executor | None]:

@@ -180,6 +180,7 @@ def read_table(
     table = Table(file, header_line)
     if not lines:
         table.note(None, "", "the file holds no table")
+        table.raise_problems()
     if len(headings) == 1 and re.search(r"[;\t]", headings[0]):
         reason = "columns must be separated by commas, and decimals by points"
         table.note(header_line, headings[0], reason, 1)
@@ -195,7 +196,7 @@ def read_table(
         if column.name in table.columns:
             table.note(header_line, column.name, f"stands in column {number} again")
         table.columns[column.name] = column
-    for name in (units or {}).keys() - known.keys():
+    for name in (name for name in units or {} if name not in known):
         reason = f"a unit is stated for this, which is no column; those are {', '.join(known)}"
         table.note(None, name, reason)
     for heading in ignored:

@@ -153,7 +153,8 @@ class Session:
 
     def contact(self) -> GripPoint | None:
         """Return the solved contact next to the pressure that is set, where one is known."""
-        return None if self.known is None else self.known.contact_at(self.settings.pressure)
+        known = self.known  # asked once: the background may give another answer in between
+        return None if known is None else known.contact_at(self.settings.pressure)
 
     def shown(self) -> RodState:
         """Return the shape to show: in contact where that is known, else the free coil."""
@@ -175,7 +176,8 @@ class Session:
     @property
     def waited(self) -> float | None:
         """Time since the settings were asked about [s]; None where everything is answered."""
-        complete = self.known is not None and self.known.is_complete
+        known = self.known
+        complete = known is not None and known.is_complete
         return None if complete else time.monotonic() - self._asked_since
 
     def close(self) -> None:
