@@ -53,6 +53,7 @@ def test_the_example_tells_the_damping_it_was_made_with(answer, said, asked):
         ("0.3,0\n1.04", "0.3,5\n1.04", "one gauge pressure"),
         ("0.3,0\n1.04", "-0.3,0\n1.04", "positive"),
         ("0.3,0\n", "0.3,900\n", "at most the gripper's limit"),
+        (",0.3,", ",1e-300,", "from 1e-12"),
     ],
 )
 def test_a_file_that_cannot_be_used_is_refused_by_name(said, asked, old, new, refusal):

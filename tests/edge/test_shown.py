@@ -4,6 +4,7 @@
 import json
 import re
 from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 
@@ -12,6 +13,7 @@ from spiral_core.design.margin import Constraint, Margin
 from spiral_core.message import Message, Quantity
 from spiral_gripper import display_units
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
+from spiral_gripper.reports.tables import margin_rows
 
 WRAP = ["wrap", "paper_design_70", "--radius", "20 mm"]
 DESIGN = ["design", "--radius-min", "12 mm", "--radius-max", "25 mm", "--tube", "9.5 mm x 0.8 mm"]
@@ -82,5 +84,9 @@ def test_no_usual_unit_is_left_where_all_are_chosen(said, arguments, code, verdi
 
 
 def test_a_margin_that_rounds_to_nothing_has_no_minus():
-    assert Margin(Constraint.TURNS, 1.05 - 1e-12, 1.05).sentence.endswith("(met, +0.0 %)")
+    met = Margin(Constraint.TURNS, 1.05 - 1e-12, 1.05)
+    assert met.sentence.endswith("(met, +0.0 %)")
+    assert margin_rows(SimpleNamespace(margins=(met,))) == [
+        ("turns", "1.05", "at least 1.05", "+0.0 %")
+    ]
     assert Margin(Constraint.TURNS, 1.0, 1.05).sentence.endswith("(violated, -4.8 %)")

@@ -13,6 +13,7 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import Any, ClassVar, TypeAlias
 
+from spiral_core.errors import InvalidInputError
 from spiral_core.validation import (
     require_finite,
     require_non_negative,
@@ -20,6 +21,9 @@ from spiral_core.validation import (
     require_vector,
 )
 
+# No measurement is larger, and none is known better [SI]: ratios and their squares stay finite.
+LARGEST = 1.0e12
+LEAST_ERROR = 1.0e-12
 # What a reading's fields must be.
 _CHECKS: dict[str, Callable[[str, Any], object]] = {
     "pressure": require_non_negative,
@@ -35,6 +39,19 @@ _CHECKS: dict[str, Callable[[str, Any], object]] = {
 }
 
 
+def require_size(field: str, *values: float) -> None:
+    """Refuse numbers [SI] above :data:`LARGEST`, and an error below :data:`LEAST_ERROR`.
+
+    Raises:
+        InvalidInputError: one of them is; the field's name is in it.
+    """
+    least = LEAST_ERROR if field == "error" else 0.0
+    for value in values:
+        if not least <= abs(value) <= LARGEST:
+            requirement = f"from {least:g} to {LARGEST:g} in size, in SI units"
+            raise InvalidInputError(field, value, requirement)
+
+
 class _Reading:
     """What all readings share.
 
@@ -48,8 +65,10 @@ class _Reading:
     def __post_init__(self) -> None:
         for field in fields(self):  # type: ignore[arg-type]  # of the dataclass that inherits
             value = getattr(self, field.name)
-            if (field.name, value) != ("arc_length", None):
-                _CHECKS[field.name](field.name, value)
+            if (field.name, value) == ("arc_length", None):
+                continue
+            _CHECKS[field.name](field.name, value)
+            require_size(field.name, *(value if field.name == "position" else (value,)))
 
     @property
     def measured(self) -> tuple[float, ...]:

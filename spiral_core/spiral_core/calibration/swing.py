@@ -19,6 +19,7 @@ import numpy as np
 
 from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import CalibrationStatus
+from spiral_core.calibration.readings import require_size
 from spiral_core.calibration.regression import (
     DEFAULT_LEVEL,
     Fit,
@@ -68,6 +69,8 @@ class SwingReading:
         require_finite("time", self.time)
         require_finite("displacement", self.displacement)
         require_positive("error", self.error)
+        for name in ("time", "displacement", "error"):
+            require_size(name, getattr(self, name))
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False, kw_only=True)
