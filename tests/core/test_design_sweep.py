@@ -51,7 +51,7 @@ def dask_cluster():
     """Yield a local Dask cluster as an executor."""
     from distributed import Client, LocalCluster
 
-    local = partial(LocalCluster, n_workers=1, processes=False, dashboard_address=None)
+    local = partial(LocalCluster, n_workers=1, processes=False, dashboard_address=":0")
     with local(threads_per_worker=2) as cluster, Client(cluster) as client:
         yield client.get_executor()
 

@@ -57,6 +57,8 @@ def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
         )
         held = (answer.contact_length, answer.normal_force, answer.computed_at)
         assert held == pytest.approx((touching, 10.0 * touching, 7.0))
+    # Below the first of its pressures nothing holds, whatever holds there.
+    assert replace(entry, away=entry.away + 0.4).answer(4.7e4, at_pose=False).away == 0.0
 
 
 def blend(radius, pressure, low, high, tip=4.0e4):
@@ -69,6 +71,9 @@ def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
     assert answer.away == pytest.approx(figures().answer(5.5e4, at_pose=False).away)
     assert (answer.onset_wrap, answer.loss) == pytest.approx((0.98 * 4.0e4, 1.6 * 4.0e4))
     assert answer.computed_at == 3.0
+    # A twentieth of the way from one radius to the other, a twentieth of the difference counts.
+    near = blend(0.011, 4.4e4, figures(), figures(force=3.0))
+    assert near.away == pytest.approx(1.1 * answer.away)
     # Good grips between two radii end between theirs, here at 1.2 and 1.1 of the tip criterion's.
     grips = [figures(), figures(tip=3.0e4, curling=3.3e4)]
     grips = [replace(g, highest_good=0.99 * g.highest_good) for g in grips]

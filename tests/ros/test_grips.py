@@ -218,6 +218,9 @@ def test_where_the_object_is_seen_the_regime_and_the_drawing_are_those_of_the_co
     assert known.told["wrap"].grip[0].at_pose
     assert known.told["status"].regime == GripStatus.REGIME_CURLING
     assert drawn()[1] == (0.1, 0.02, 0.0)
+    known.grasp(0.2 * known.seen.plan.pressure)
+    assert known.follow(0.02).wrapped  # pressed, but by contact it curls
+    assert known.told["status"].regime == GripStatus.REGIME_CURLING
 
 
 def message_of(pressure=5.25e4, payload=0.02, gravity=DOWN, **changed):
