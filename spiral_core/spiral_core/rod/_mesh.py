@@ -285,7 +285,9 @@ def discretize(rod: Rod, load: RodLoad, counts: Counts) -> System:
     force = np.empty((len(nodes), 3))
     force[-1] = load.tip_force
     force[:-1] = force[-1] + np.cumsum((steps[:, None] * mean_of(weight))[::-1], axis=0)[::-1]
-    stiffness, moment = at.stiffness[:, :, ROWS, COLUMNS], at.moment
+    # Kernels are compiled anew for arrays of another layout.
+    stiffness = np.ascontiguousarray(at.stiffness[:, :, ROWS, COLUMNS])
+    moment = at.moment
     unseen = np.einsum("nkij,nkj->nki", at.stiffness, at.rest)
     return System(
         force=force,
