@@ -113,6 +113,8 @@ def main() -> None:
         lines = (f"{json.dumps(one)}: {json.dumps(answer)}" for one, answer in answers.items())
         RECORDED.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
         return
+    if not RECORDED.exists():
+        parser.error(f"{RECORDED} is not there: run with --record first, before the change")
     recorded = json.loads(RECORDED.read_text(encoding="utf-8"))
     differing = 0
     for question, before in recorded.items():

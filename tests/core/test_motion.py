@@ -68,6 +68,16 @@ def test_a_straight_cantilever_twists_as_a_shaft() -> None:
     assert np.abs(found / expected - 1.0).min() < 1e-4
 
 
+def test_air_does_not_slow_a_rod_without_radius() -> None:
+    thin = replace(STRAIGHT, rod=replace(STRAIGHT.rod, radius=0.0))
+    modes, of_thin = (
+        vibration_modes(solve_contact(rod, elements=12), TUBE, 2) for rod in (STRAIGHT, thin)
+    )
+    assert of_thin.frequencies == pytest.approx(modes.frequencies, rel=1e-9)
+    swing = of_thin.swings[0]
+    assert (swing.air_creeping, swing.air_inertial) == (0.0, 0.0)
+
+
 def test_a_rod_pressed_on_a_pin_vibrates_as_one_that_is_held_there() -> None:
     """A beam, clamped and pinned at its end: the root of tan = tanh."""
     pin = Obstacle.along(Cylinder(0.01), (LENGTH, 0.0, -0.015), (0.0, 1.0, 0.0), 0.5)

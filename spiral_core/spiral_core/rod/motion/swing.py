@@ -93,10 +93,9 @@ def air_coefficients(
         omega: angular frequency [rad/s].
         diameter: of the rod [m].
     """
-    half = 0.5 * AIR_DENSITY * diameter / mass
-    creeping = 10.0 * (AIR_VISCOSITY / (AIR_DENSITY * diameter)) ** (2.0 / 3.0)
-    slow = half * creeping * SEVEN_THIRDS_MEAN * np.cbrt(omega)
-    fast = half * CUBE_MEAN * omega
+    half, creeping = 0.5 * AIR_DENSITY / mass, 10.0 * np.cbrt(AIR_VISCOSITY / AIR_DENSITY) ** 2
+    slow = half * np.cbrt(diameter) * creeping * SEVEN_THIRDS_MEAN * np.cbrt(omega)
+    fast = half * diameter * CUBE_MEAN * omega
     return (
         float(slow * np.sum(lengths * np.cbrt(shape) ** 7)),
         float(fast * np.sum(lengths * shape**3)),
