@@ -7,6 +7,7 @@ import re
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -23,7 +24,6 @@ from spiral_core import (
 )
 from spiral_core.wrap.gripper import stiffness_from_section
 from spiral_gripper import DescriptionError, ProblemKind, available_grippers, load_description
-from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.files.fields import FIELDS, LAWS, constants_of
 
@@ -115,20 +115,14 @@ def numbers(description):
     ]  # fmt: skip
 
 
-def test_the_smallest_file_is_read_with_its_defaults():
+def test_the_smallest_file_has_one_straight_fiber_and_the_stiffness_of_the_annulus():
     description = read(SMALLEST)
     gripper, actuator = description.gripper, description.actuator
-    assert (gripper.name, description.description) == ("smallest", "")
-    assert numbers(description)[:4] == [4.7625e-3, 0.79375e-3, 0.5, pytest.approx(math.radians(88))]
-    assert (actuator.material.c1, actuator.material.c2) == (130e3, 15e3)
     assert actuator.single_fibers == (SingleFiber(0.0, 0.0),)
-    assert gripper.pressure_max == pytest.approx(16 * PSI, rel=1e-15)
     assert gripper.friction_coefficient is None
-    annulus = stiffness_from_actuator(actuator)
-    assert gripper.stiffness.bending == annulus.bending
-    assert gripper.weight_per_length == 950.0 * gripper.tube.wall_area * 9.80665
+    assert gripper.stiffness == stiffness_from_actuator(actuator)
     one = read(SMALLEST + "stiffness:\n  torsional: 1e-4 N m^2\n").gripper.stiffness
-    assert (one.bending, one.torsional) == (annulus.bending, 1e-4)
+    assert (one.bending, one.torsional) == (gripper.stiffness.bending, 1e-4)
 
 
 def test_every_field_of_a_complete_file_reaches_the_gripper():
@@ -157,71 +151,61 @@ def test_every_law_takes_its_constants(law):
     assert material == LAWS[law](**dict(zip(names, values, strict=True)))
 
 
-YEOH = "law: yeoh\n  c1: 50 kPa\n  c2: -50 kPa\n  c3: 1 kPa"
-# What is changed in the smallest file, and what the message says first.
-MISTAKES = [
-    ("500 mm", "500", '5:11: tube.length must be a length with its unit, such as "4.7625 mm" (w'),
-    ("500 mm", "500 g", '5:11: tube.length must be a length with its unit, such as "4.7625 mm" ("'),
-    ("500 mm", "0 mm", "5:11: tube.length must be a positive finite number, got 0 mm"),
-    ("500 mm", "500 m", "5:11: tube.length must be at most 10 m, got 500 m"),
-    ("500 mm", "", "6:1: tube.length is missing; it must be a length with its unit"),
-    ("500 mm", "500 mm\n  length: 1 mm", "6:3: tube.length is given twice; keep one of the two"),
-    ("  length: 500 mm\n", "", "2:1: tube.length is missing; it must be a length with its unit"),
-    ("0.95 g/cm^3", "1e9 kg/m^3", "13:12: material.density must be at most 100000 kg/m^3, got"),
-    ("88 deg", "95 deg", "not 0 (95 deg, if counted from 0 to 180 deg, is -85 deg here)"),
-    ("88 deg", "60 deg", "7:10: fibers.alpha, fibers.beta must be angles of two families that cr"),
-    ("130 kPa", "-16 kPa", "11:7: material.c1 + material.c2 must be positive, so that the modulus"),
-    ("mooney_rivlin", "mooney", "yeoh, gent (did you mean mooney_rivlin?), got mooney"),
-    ("mooney_rivlin", "Ogden", "yeoh, gent (did you mean yeoh?), got Ogden"),
-    ("15 kPa", "15 kPa\n  c3: 1 kPa", "material.c3 is not a field here; the constants of mooney"),
-    ("  c2: 15 kPa\n", "", "9:1: material.c2 is missing; it must be a pressure with its unit"),
-    ("smallest", "12", "1:7: name must be one line of text, in quotes if it looks like a number"),
-    ("smallest", "|\n  two\n  lines", "1:7: name must be one line of text"),
-    ("[1, 0, 0]", "[1, 0]", "15:22: mount.gravity_direction must be three finite"),
-    ("[1, 0, 0]", "[1 m, 0 m, 0 m]", "15:22: mount.gravity_direction must be three finite"),
-    ("[1, 0, 0]", "[.inf, 0, 0]", "15:22: mount.gravity_direction must be three finite"),
-    ("[1, 0, 0]", "[1, 0, 0]\n  object_axis: fit", "16:16: mount.object_axis must be fitted, or"),
-    ("[1, 0, 0]", "[1, 0, 0]\n  gravity_magnitude: 1e5 m/s^2", "must be at most 10000 m/s^2, got"),
-    ("16 psi", "16 pzi", "limits.pressure_max must be a pressure with its unit, such as"),
-    ("limits:\n  pressure_max: 16 psi\n", "", "mine.yaml: limits.pressure_max is missing"),
-    ("limits:", "limits:\n  presure_max: 1 psi", "17:3: limits.presure_max is not a field here; d"),
-    ("limits:", "model: {twist_shear: 'true'}\nlimits:", "16:22: model.twist_shear must be true"),
-    ("limits:", "model: {twist_shear: false}\nlimits:", "16:22: model.twist_shear must be"),
-    ("limits:", "model: {curvature_form: EXACT}\nlimits:", "exact (did you mean exact?), got"),
-    ("limits:", "model: {pressure_law: uniform, thick_wall: true}\nlimits:", "model.thick_wall"),
-    ("limits:", "extra_mass_per_length: 2e3 kg/m\nlimits:", "16:24: extra_mass_per_length must"),
-    ("limits:", "grip: {turns_required: 105 %}\nlimits:", "grip.turns_required must be a plain fi"),
-    ("limits:", "stiffness: {section_at: 1 kPa, bending: 1 N m^2}\nlimits:", "be left out where b"),
-    ("limits:", "model: {pressure_law: uniform}\nstiffness: {section_at: 1 kPa}\nlimits:", "a pr"),
-    ("law: mooney_rivlin\n  c1: 130 kPa\n  c2: 15 kPa", YEOH, "own limit: the actuator balloons"),
-    ("inner_radius: 4.7625 mm", "inner_radius: 1e-200 mm", "mine.yaml: this file cannot be read"),
-]  # fmt: skip
+# What is changed in the smallest file -> a part of the message.
+MISTAKES = {
+    "500 mm -> 500": '5:11: tube.length must be a length with its unit, such as "4.7625 mm" (w',
+    "500 mm -> 0 mm": "5:11: tube.length must be a positive finite number, got 0 mm",
+    "500 mm -> 500 m": "5:11: tube.length must be at most 10 m, got 500 m",
+    "500 mm -> ": "6:1: tube.length is missing; it must be a length with its unit",
+    "  length: 500 mm\n -> ": "2:1: tube.length is missing; it must be a length with its unit",
+    "0.95 g/cm^3 -> 1e9 kg/m^3": "13:12: material.density must be at most 100000 kg/m^3, got",
+    "88 deg -> 95 deg": "not 0 (95 deg, if counted from 0 to 180 deg, is -85 deg here)",
+    "88 deg -> 60 deg": "7:10: fibers.alpha, fibers.beta must be angles of two families that cr",
+    "130 kPa -> -16 kPa": "11:7: material.c1 + material.c2 must be positive, so that the modulus",
+    "mooney_rivlin -> Ogden": "yeoh, gent (did you mean yeoh?), got Ogden",
+    "15 kPa -> 15 kPa\n  c3: 1 kPa": "material.c3 is not a field here; the constants of mooney",
+    "  c2: 15 kPa\n -> ": "9:1: material.c2 is missing; it must be a pressure with its unit",
+    "smallest -> 12": "1:7: name must be one line of text, in quotes if it looks like a number",
+    "smallest -> |\n  two\n  lines": "1:7: name must be one line of text",
+    "[1, 0, 0] -> [1, 0]": "15:22: mount.gravity_direction must be three finite",
+    "[1, 0, 0] -> [.inf, 0, 0]": "15:22: mount.gravity_direction must be three finite",
+    "[1, 0, 0] -> [1, 0, 0]\n  object_axis: fit": "16:16: mount.object_axis must be fitted, or",
+    "[1, 0, 0] -> [1, 0, 0]\n  gravity_magnitude: 1e5 m/s^2": "must be at most 10000 m/s^2, got",
+    "limits:\n  pressure_max: 16 psi\n -> ": "mine.yaml: limits.pressure_max is missing",
+    "limits: -> model: {twist_shear: 'true'}\nlimits:": "16:22: model.twist_shear must be true",
+    "limits: -> model: {twist_shear: false}\nlimits:": "16:22: model.twist_shear must be",
+    "limits: -> model: {pressure_law: uniform, thick_wall: true}\nlimits:": "model.thick_wall",
+    "limits: -> extra_mass_per_length: 2e3 kg/m\nlimits:": "16:24: extra_mass_per_length must",
+    "limits: -> grip: {turns_required: 105 %}\nlimits:": "grip.turns_required must be a plain fi",
+    "limits: -> stiffness: {section_at: 1 kPa, bending: 1 N m^2}\nlimits:": "be left out where b",
+    "limits: -> model: {pressure_law: uniform}\nstiffness: {section_at: 1 kPa}\nlimits:": "a pr",
+    "law: mooney_rivlin\n  c1: 130 kPa\n  c2: 15 kPa -> law: yeoh\n  c1: 50 kPa\n"
+    "  c2: -50 kPa\n  c3: 1 kPa": "own limit: the actuator balloons",
+    "inner_radius: 4.7625 mm -> inner_radius: 1e-200 mm": "mine.yaml: this file cannot be read",
+}
 
 
-@pytest.mark.parametrize(("old", "new", "message"), MISTAKES)
-def test_each_mistake_has_its_place_and_its_message(old, new, message):
-    error = refused(changed(old, new))
-    assert message in str(error)
+@pytest.mark.parametrize("change", MISTAKES)
+def test_each_mistake_has_its_place_and_its_message(change):
+    error = refused(changed(*change.split(" -> ")))
+    assert MISTAKES[change] in str(error)
     assert len(error.problems) == 1
 
 
 # Fibers that leave no motion, in place of those of the smallest file, and where this is said.
-CONTRADICTIONS = [
-    ("alpha: 40 deg, beta: -40 deg", "fibers", "a pair that extends under pressure"),
-    ("alpha: 40 deg, beta: none", "fibers", "a family with which pressure extends"),
-    ("single_angles: [60 deg]", "fibers.single_angles", "at another angle than the wound families"),
-    ("single_angles: [0 deg, 10 deg], single_positions: [0 deg, 60 deg]", "fibers.single_angles",
-     "at one angle: fibers that cross"),
-    ("single_angles: [0 deg, 0 deg], single_positions: [0 deg, 180 deg]", "fibers.single_angles",
-     "two fibers 0.1 to 170 degrees apart"),
-    ("single_angles: [0 deg, 0 deg, 0 deg]", "fibers.single_angles", "at most 2"),
-    ("single_positions: [0 deg, 9 deg]", "fibers.single_positions", "as many as single_angles"),
-    ("single_angles: [80.1 deg]", "fibers.single_angles", "from -80 to 80 deg"),
-    ("single_angles: [9 deg]}\nmodel: {curvature_form: first_order", "model.curvature_form",
-     "exact for fibers other than"),
-    ("alpha: 90 deg, beta: none, single_angles: [0 deg, 0 deg], single_positions: [0 deg, 60 deg]",
-     "fibers.single_angles", "a thin wall and at most one fiber with one family"),
-]  # fmt: skip
+CONTRADICTIONS = {
+    "alpha: 40 deg, beta: -40 deg": "fibers must be a pair that extends under pressure",
+    "alpha: 40 deg, beta: none": "fibers must be a family with which pressure extends",
+    "single_angles: [60 deg]": "fibers.single_angles must be at another angle than the wound",
+    "single_angles: [0 deg, 10 deg], single_positions: [0 deg, 60 deg]": "at one angle: fibers",
+    "single_angles: [0 deg, 0 deg], single_positions: [0 deg, 180 deg]": "two fibers 0.1 to 170",
+    "single_angles: [0 deg, 0 deg, 0 deg]": "fibers.single_angles must be at most 2",
+    "single_positions: [0 deg, 9 deg]": "fibers.single_positions must be as many as single_angles",
+    "single_angles: [9 deg]}\nmodel: {curvature_form: first_order": "7:25: model.curvature_form",
+    "alpha: 90 deg, beta: none, single_angles: [0 deg, 0 deg], single_positions: [0 deg, 60 deg]": (
+        "a thin wall and at most one fiber with one family"
+    ),
+}
 
 
 def with_fibers(fields, text=SMALLEST):
@@ -229,11 +213,11 @@ def with_fibers(fields, text=SMALLEST):
     return re.sub(r"fibers:.*?\n(?=\w)", f"fibers: {{{wound}{fields}}}\n", text, flags=re.DOTALL)
 
 
-@pytest.mark.parametrize(("fields", "place", "reason"), CONTRADICTIONS)
-def test_fibers_that_leave_no_motion_are_refused_in_their_place(fields, place, reason):
+@pytest.mark.parametrize("fields", CONTRADICTIONS)
+def test_fibers_that_leave_no_motion_are_refused_in_their_place(fields):
     (problem,) = refused(with_fibers(fields)).problems
-    assert (problem.field, problem.line) == (place, 6 + ("model" in place))
-    assert reason in problem.requirement
+    assert problem.line == 6 + ("model" in fields)
+    assert CONTRADICTIONS[fields] in str(problem)
 
 
 @pytest.mark.parametrize("unit", ["psi", "Pa", "bar"])
@@ -248,14 +232,9 @@ def test_a_pressure_past_locking_is_refused_with_the_limit_in_the_files_unit(uni
     assert gripper.pressure_max == pytest.approx(gripper.actuation.pressure_limit, rel=1.1e-3)
 
 
-def test_the_error_carries_its_parts():
+def test_the_error_survives_pickling():
     error = refused(changed("16 psi", "16"))
     assert isinstance(error, SpiralError)
-    assert isinstance(error, ValueError)
-    (problem,) = error.problems
-    place = (problem.file, problem.line, problem.column, problem.field)
-    assert place == ("mine.yaml", 17, 17, "limits.pressure_max")
-    assert (problem.value, problem.kind) == ("16", ProblemKind.WRONG)
     again = pickle.loads(pickle.dumps(error))
     assert (str(again), again.problems) == (str(error), error.problems)
 
@@ -272,12 +251,13 @@ def test_all_mistakes_of_a_file_are_reported_together_in_their_order():
     ]
     # What the core refuses, once all values are read.
     text = changed("500 mm", "-500 mm", changed("88 deg", "95 deg", changed("15", "-150")))
-    text = changed("0.95", "0", changed("16 psi", "0 psi\nextra_mass_per_length: -1 g/m", text))
-    text = changed("[1, 0, 0]", "[1, 0, 0]\n  gravity_magnitude: -1 m/s^2", text)
-    assert [problem.field for problem in refused(text).problems] == [
-        "tube.length", "fibers.alpha", "material.c1 + material.c2", "material.density",
-        "mount.gravity_magnitude", "limits.pressure_max", "extra_mass_per_length",
-    ]  # fmt: skip
+    fields = [problem.field for problem in refused(changed("0.95", "0", text)).problems]
+    assert fields == [
+        "tube.length",
+        "fibers.alpha",
+        "material.c1 + material.c2",
+        "material.density",
+    ]
 
 
 VALUES = ("0", "1e300", "1e-300", "-1", "1e5", "1e-5", "1", ".nan", "true", "[1, 0, 0]", "{}", "")
@@ -376,7 +356,7 @@ def test_the_pages_examples_do_what_it_says(capsys):
         assert isinstance(actuator.fibers, OneFamily) == ("none" in fields)
     helical = read(HELICAL).gripper
     assert helical.unloaded_shape(helical.pressure_max).curvature > 5.0
-    assert tuple(codes(PAGE.split("\n## ")[0]))[: len(available_grippers())] == available_grippers()
+    assert all(load_description(name).warnings == () for name in available_grippers())
     exec(compile(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], "page", "exec"), {})
     assert capsys.readouterr().out.splitlines() == [str(available_grippers()), "0.5"]
     text = changed("4.7625 mm", "4.7625", changed("500 mm", "500 mm\n  colour: red"))
@@ -395,33 +375,31 @@ def test_the_examples_of_each_kind_are_read_by_a_field_of_the_kind():
 
 def test_the_constants_from_the_hardness_follow_gents_relation():
     rows = re.findall(r"^\| (?:Shore A|`c1` \[kPa\]) \|(.*) \|$", PAGE, re.MULTILINE)
-    hardness, constants = (row.split("|") for row in rows)
-    assert len(hardness) == 7
-    for shore, c1 in zip(map(float, hardness), map(float, constants), strict=True):
-        modulus = 0.0981 * (56.0 + 7.62336 * shore) / (0.137505 * (254.0 - 2.54 * shore))
-        assert c1 == pytest.approx(modulus * 1e3 / 6.0, abs=0.5)
+    shore, c1 = (np.array(row.split("|"), float) for row in rows)
+    modulus = 98.1 * (56.0 + 7.62336 * shore) / (0.137505 * (254.0 - 2.54 * shore))
+    assert c1 == pytest.approx(modulus / 6.0, abs=0.5)
 
 
 # Written in place of a value of the smallest file, with a limit out of reach: what is doubted.
-HARDLY_MEANT = [
-    ("radius: 4.7625 mm", "radius: 4.7625 m", ":3:17: tube.inner_radius 4.7625 m is not between"),
-    ("radius: 4.7625 mm", "radius: 99 mm", ""),
-    ("1/32 in", "1.19 mm", ""),
-    ("1/32 in", "1.2 mm", "holds up to 0.25; calibrate it, or set model.thick_wall to true"),
-    ("1/32 in", "9 mm", "is 1.9 of the bore radius"),
-    ("1/32 in", "10 mm", "is 2.1 times the bore radius"),
-    ("c1: 130 kPa", "c1: 4 MPa", ":9:1: material has a Young's modulus of 24.1 MPa; elastomers"),
-    ("c1: 130 kPa", "c1: -14 kPa", "modulus of 0.006 MPa; elastomers have 0.01 to 20 MPa"),
-    ("0.95 g/cm^3", "0.95 kg/m^3", ":13:12: material.density 0.95 kg/m^3 is not between 100 and"),
-    ("0.95 g/cm^3", "4.1 g/cm^3", "100 and 4000 kg/m^3"),
-]
+HARDLY_MEANT = {
+    "radius: 4.7625 mm -> radius: 4.7625 m": ":3:17: tube.inner_radius 4.7625 m is not between",
+    "radius: 4.7625 mm -> radius: 99 mm": "",
+    "1/32 in -> 1.19 mm": "",
+    "1/32 in -> 1.2 mm": "holds up to 0.25; calibrate it, or set model.thick_wall to true",
+    "1/32 in -> 9 mm": "is 1.9 of the bore radius",
+    "1/32 in -> 10 mm": "is 2.1 times the bore radius",
+    "c1: 130 kPa -> c1: 4 MPa": ":9:1: material has a Young's modulus of 24.1 MPa; elastomers",
+    "c1: 130 kPa -> c1: -14 kPa": "modulus of 0.006 MPa; elastomers have 0.01 to 20 MPa",
+    "0.95 g/cm^3 -> 0.95 kg/m^3": ":13:12: material.density 0.95 kg/m^3 is not between 100 and",
+    "0.95 g/cm^3 -> 4.1 g/cm^3": "100 and 4000 kg/m^3",
+}
 
 
-@pytest.mark.parametrize(("old", "new", "expected"), HARDLY_MEANT)
-def test_a_value_that_is_hardly_meant_is_named(old, new, expected):
-    found = read(changed(old, new, changed("16 psi", "1 Pa"))).warnings
-    assert expected in " ".join(found)
-    assert bool(found) == bool(expected)
+@pytest.mark.parametrize("change", HARDLY_MEANT)
+def test_a_value_that_is_hardly_meant_is_named(change):
+    found = read(changed(*change.split(" -> "), changed("16 psi", "1 Pa"))).warnings
+    assert HARDLY_MEANT[change] in " ".join(found)
+    assert bool(found) == bool(HARDLY_MEANT[change])
 
 
 def test_a_pressure_limit_that_is_hardly_meant_is_named_and_the_doubt_told_with_a_refusal():
@@ -433,13 +411,9 @@ def test_a_pressure_limit_that_is_hardly_meant_is_named_and_the_doubt_told_with_
     assert "mine.yaml:3:17: tube.inner_radius 4.75 m is not between" in error
 
 
-def test_the_shipped_grippers_have_no_warnings_and_a_command_warns_and_goes_on(tmp_path, capsys):
-    for name in available_grippers():
-        assert load_description(name).warnings == ()
+def test_a_command_warns_and_goes_on(tmp_path, said):
     path = tmp_path / "mine.yaml"
     path.write_text(changed("0.95 g/cm^3", "0.95 kg/m^3"), encoding="utf-8")
-    assert run(["shape", str(path), "--pressure", "8 psi"]) == 0
-    captured = capsys.readouterr()
-    assert captured.out.startswith("smallest at 8 psi")
-    assert captured.err.startswith(f"warning: {path}:")
-    assert captured.err.count("\n") == 1
+    printed = said("shape", str(path), "--pressure", "8 psi")
+    assert printed.startswith("smallest at 8 psi")
+    assert printed.count(f"warning: {path}:") == 1
