@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``approach``: poses in tables, data and a picture; a file from which it goes on."""
 
-import json
 import math
 from types import SimpleNamespace
 
@@ -56,64 +55,45 @@ def test_programs_get_the_pose_of_the_base_in_the_world(screened, answer, tmp_pa
 
 def test_people_get_tables_in_their_units(screened, said):
     printed = said(*UPRIGHT, "--units", "in,psi")
-    for part in (
-        "paper_design_70, approach 1",
-        "+0.000 +0.000 -1.000",
-        "10.15 psi",
-        "3.57 times",
-        f"1 of {len(screened)} poses tried grip",
-    ):
+    for part in ("approach 1", "+0.000 +0.000 -1.000", "10.15 psi", "3.57 times"):
         assert part in printed
+    assert f"1 of {len(screened)} poses tried grip" in printed
 
 
 def test_an_interrupted_search_goes_on_and_another_question_begins_anew(screened, said, tmp_path):
     file = tmp_path / "approach.jsonl"
-    asked = [*ASKED, "--object-axis", "1", "0", "0", "--results", str(file)]
-    first = said(*asked, "--tilt-max", "10 deg", "--gravity", "0", "0", "-2")
-    count = len(screened)
-    lines = file.read_text(encoding="utf-8").splitlines()
-    assert len(lines) == count
-    file.write_text("\n".join(lines[:-2]) + "\n" + lines[-2][:40], encoding="utf-8")
-    assert said(*asked, "--tilt-max", "10 deg") == first
+    asked = [*ASKED, "--object-axis", "1", "0", "0", "--results", str(file), "--tilt-max"]
+    first, count = said(*asked, "10 deg", "--gravity", "0", "0", "-2"), len(screened)
+    lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
+    file.write_text("".join(lines[:-2]) + lines[-2][:40], encoding="utf-8")
+    assert said(*asked, "10 deg") == first
     assert len(screened) == count + 2
-    said(*asked, "--tilt-max", "11 deg")
+    said(*asked, "11 deg")
     assert len(screened) > count + 4
 
 
 @pytest.mark.usefixtures("screened")
-@pytest.mark.parametrize(
-    "damage",
-    [
-        {"case": 5},
-        {"outcome": {"refusal": "", "force": math.nan}},
-        {"outcome": {"refusal": "", "pressure": "high"}},
-        {"outcome": {"refusal": "", "size": math.inf}},
-        {"outcome": {"refusal": "", "missing": math.nan}},
-        {"outcome": "UNKNOWN"},
-    ],
-)
-def test_a_damaged_file_of_results_is_refused_and_other_questions_are_left(damage, said, tmp_path):
-    file = tmp_path / "approach.jsonl"
-    other = [{"case": case, "outcome": "HOLDS"} for case in ([], ["another", [1.0]])]
-    lines = [json.dumps(line) + "\n" for line in (*other, other[0] | damage)]
-    file.write_text("".join(lines), encoding="utf-8")
+@pytest.mark.parametrize("value", ['"force": NaN', '"pressure": "high"', '"missing": NaN', ""])
+def test_a_damaged_file_of_results_is_refused_and_other_questions_are_left(value, said, tmp_path):
+    file, others = tmp_path / "approach.jsonl", '{"case": ["a", [1.0]], "outcome": "HOLDS"}\n'
+    outcome = f'{{"refusal": "", {value}}}' if value else '"UNKNOWN"'
+    file.write_text(f'{others}{{"case": [], "outcome": {outcome}}}\n', encoding="utf-8")
     asked = [*UPRIGHT, "--results", str(file)]
-    assert "line 3 must be an outcome of a study" in said(*asked, code=2)
-    file.write_text("".join(lines[:2]), encoding="utf-8")
+    assert "line 2 must be an outcome of a study" in said(*asked, code=2)
+    file.write_text(others, encoding="utf-8")
     said(*asked)
-    assert file.read_text(encoding="utf-8").startswith("".join(lines[:2]))
+    assert file.read_text(encoding="utf-8").startswith(others)
 
 
-def test_where_nothing_grips_the_reasons_and_the_nearest_are_printed(screened, said, monkeypatch):
-    monkeypatch.setattr(approach, "screen", lambda _, pose: Trial("too far", 1.0 - pose.gravity[0]))
-    approach.screen.__name__ = "screen"
-    printed = said(*UPRIGHT, code=1)
-    assert "0 of" in printed
-    assert "poses: too far" in printed
-    assert "the nearest: with the tube at the base along" in printed
-    nearest = printed.partition("along ")[2].split()[:3]
-    assert np.array(nearest, dtype=float) == pytest.approx((0.0, 0.0, -1.0), abs=1e-3)
-    assert screened == []
-    monkeypatch.setattr(approach, "screen", lambda *_: Trial("too thick"))
-    approach.screen.__name__ = "screen"
-    assert "the nearest" not in said(*UPRIGHT, code=1)
+def test_where_nothing_grips_the_reasons_and_the_nearest_are_printed(said, monkeypatch):
+    def answered(missing):
+        screen = lambda _, pose: Trial("too far", missing(pose))  # noqa: E731
+        screen.__name__ = "screen"
+        monkeypatch.setattr(approach, "screen", screen)
+        return said(*UPRIGHT, code=1)
+
+    nearest = "poses: too far the nearest: with the tube at the base along "
+    printed = answered(lambda pose: 1.0 - pose.gravity[0])
+    place = printed.partition(nearest)[2].split()[:3]
+    assert np.array(place, dtype=float) == pytest.approx((0.0, 0.0, -1.0), abs=1e-3)
+    assert "the nearest" not in answered(lambda _: math.inf)
