@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Pictures: what is drawn is what was computed; surfaces, shapes, charts, the winding sheet."""
 
+import itertools
 import math
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from core.calibration_cases import extensions
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from spiral_core import (
     CalibrationModel,
-    ExtensionReading,
     FreeActuation,
     InvalidInputError,
     NeoHookean,
@@ -43,53 +42,39 @@ ACTUATOR = load_description("prototype_p2").actuator
 HELD = GripOutcome("", 5.7e4, 5.5e4, 6.2e4, 8.7e4, 5.9e4, 0.15, 0.3, 0.22, 0.1)
 
 
-def drawn(*cylinders):
-    """Return the picture, seen along -x with z upwards, of cylinders: place x, radius and color."""
-    surfaces = []
-    for x, radius, color in cylinders:
-        ends = np.array([[x, 0.0, -0.1], [x, 0.0, 0.1]])
-        one = turned_surface(ends, np.full(OBJECT_RINGS, radius))
-        surfaces.append(one._replace(colors=np.tile(to_rgb(color), (len(one.triangles), 1))))
-    axes = Figure().add_subplot()
-    draw_surfaces(axes, surfaces, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    (faces,) = axes.collections
-    return axes, faces, len(surfaces[0].triangles)
-
-
-def test_near_faces_are_drawn_over_far_ones():
-    near, far = (0.05, 0.01, "red"), (-0.05, 0.02, "blue")
-    for cylinders in ((near, far), (far, near)):
-        red = drawn(*cylinders)[1].get_facecolor()[:, 0] > 0.0
-        assert red.any()
-        assert not red[: np.flatnonzero(~red).max()].any()
-
-
-def test_a_picture_is_to_scale_in_millimeters_and_shows_the_front_only():
-    axes, faces, whole = drawn((0.0, 0.02, "red"))
+def test_near_faces_are_drawn_over_far_ones_to_scale_and_from_the_front_only():
+    line = np.linspace([0.05, 0.0, -0.1], [0.05, 0.0, 0.1], OBJECT_RINGS)
+    near = tube_surface(line, 0.01)
+    far = turned_surface(line[[0, -1]] - (0.1, 0.0, 0.0), np.full(OBJECT_RINGS, 0.02))
+    for surfaces in ([near, far], [far, near]):
+        axes = Figure().add_subplot()
+        draw_surfaces(axes, surfaces, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        (faces,) = axes.collections
+        red, _, blue, _ = faces.get_facecolor().T
+        assert np.any(red > blue)  # the tube's faces come last
+        assert np.all(np.diff(red > blue, prepend=False).nonzero()[0] == [np.sum(red < blue)])
     points = np.concatenate([path.vertices for path in faces.get_paths()])
     assert np.ptp(points, axis=0) == pytest.approx((40.0, 200.0), rel=1e-3)
     assert axes.get_aspect() == 1.0
-    # Half of the side's triangles face the viewer; the caps are seen from their edge.
+    # Half of the sides' triangles face the viewer; the caps are seen from their edge.
+    whole = len(near.triangles) + len(far.triangles)
     assert len(faces.get_paths()) == pytest.approx(0.5 * whole, rel=0.05)
 
 
 def test_a_shape_has_its_objects_projection_as_outline_or_none():
-    positions = np.linspace([0.0, 0.0, 0.0], [0.3, 0.1, 0.1], 30)
-    assert not shape_figure([tube_surface(positions, 0.0055)], "title").axes[0].patches
+    tube = tube_surface(np.linspace([0.0, 0.0, 0.0], [0.3, 0.1, 0.1], 30), 0.0055)
+    assert not shape_figure([tube], "title").axes[0].patches
     placement = ObjectPlacement((1.0, 2.0, 3.0), (0.0, 0.6, 0.8), 0.5, 2.5, 0.0)
-    figure = shape_figure([tube_surface(positions, 0.0055)], "title", placement)
-    assert [axes.get_xlabel() for axes in figure.axes] == ["y [mm]", "z [mm]"]
-    assert [len(axes.patches) for axes in figure.axes] == [3, 3]
-    body, *ends = (patch.get_xy() for patch in figure.axes[1].patches)
+    views = shape_figure([tube], "title", placement).axes
+    assert [view.get_xlabel() for view in views] == ["y [mm]", "z [mm]"]
+    body, *ends = (patch.get_xy() for patch in views[1].patches)
     # Seen along y the axis has 0.8 of its length, 2.5 m and 1.5 radii at each end.
     assert np.ptp(body, axis=0) == pytest.approx((0.8 * 4.0e3, 1.0e3))
-    for end in ends:
-        assert np.ptp(end[:, 0]) == pytest.approx(0.6 * 1.0e3, rel=1e-3)
+    assert [np.ptp(end[:, 0]) for end in ends] == pytest.approx([0.6 * 1.0e3] * 2, rel=1e-3)
 
 
 def test_the_sheet_shows_each_turn_in_true_size():
     (page,) = winding_figures(ACTUATOR, "p2", 0.02)
-    assert page.get_size_inches() * 25.4 == pytest.approx((210.0, 279.0))
     (axes,) = page.axes
     assert (*axes.get_xlim(), *axes.get_ylim()) == (0.0, 210.0, 0.0, 279.0)
     ruler, *lines = axes.get_lines()
@@ -98,16 +83,16 @@ def test_the_sheet_shows_each_turn_in_true_size():
     strips = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
     assert [strip.width for strip in strips] == pytest.approx([around] * len(strips))
     assert sum(strip.height for strip in strips) == pytest.approx(1e3 * ACTUATOR.tube.length)
-    angles = [turn.angle for turn in windings_of(ACTUATOR)]
-    angles += [fiber.angle for fiber in ACTUATOR.single_fibers]
-    assert len(lines) == len(strips) * len(angles)  # strip by strip
-    for number, line in enumerate(lines):
-        strip, slope = strips[number // len(angles)], math.tan(angles[number % len(angles)])
+    fibers = [*windings_of(ACTUATOR), *ACTUATOR.single_fibers]
+    drawn = itertools.product(strips, fibers)  # strip by strip
+    for line, (strip, fiber) in zip(lines, drawn, strict=True):
         pieces = line.get_xydata().reshape(-1, 3, 2)[:, :2]  # two ends each, and the gap
-        assert pieces[:, :, 1] == pytest.approx(np.tile((strip.y0, strip.y1), (len(pieces), 1)))
-        across = pieces[:, 1, 0] - pieces[:, 0, 0]
-        assert across == pytest.approx(np.full(len(pieces), slope * strip.height), abs=1e-9)
-        assert np.diff(pieces[:, 0, 0]) == pytest.approx(-around)  # each turn is drawn anew
+        (left, right), (low, high) = pieces.T[0], pieces.T[1]
+        assert (np.ptp(low), np.ptp(high)) == (0.0, 0.0)
+        assert (low[0], high[0]) == pytest.approx((strip.y0, strip.y1))
+        across = np.full(len(left), math.tan(fiber.angle) * strip.height)
+        assert right - left == pytest.approx(across, abs=1e-9)
+        assert np.diff(left) == pytest.approx(-around)  # each turn is drawn anew
         assert line.clipbox.extents == pytest.approx(axes.transData.transform_bbox(strip).extents)
 
 
@@ -126,35 +111,23 @@ def test_a_sheet_that_cannot_be_is_refused_and_a_long_tube_takes_two(tmp_path, s
 
 def test_the_band_is_the_interval_of_the_calibration():
     truth = replace(DESCRIPTION.actuator, material=NeoHookean(c1=1.5e5))
-    stretch = FreeActuation(truth).stretch_from_pressure
-    noise = np.random.default_rng(3).normal(size=6).tolist()
-    readings = [
-        ExtensionReading(p, 0.1 * (stretch(p) - 1.0) + 2e-4 * e, 0.1, 2e-4)
-        for p, e in zip(np.linspace(1e4, 6e4, 6).tolist(), noise, strict=True)
-    ]
+    readings = extensions(truth, np.linspace(1e4, 6e4, 6).tolist(), noise=np.random.default_rng(3))
     fit = calibrate(CalibrationModel(truth, gripper=GRIPPER), readings)
-    assert plot(fit).axes[1].get_lines()[1].get_ydata() == pytest.approx(fit.residuals)
-    figure = pressure_figure(fit, "my_gripper", 0.95)
-    (axes,) = figure.axes
+    (axes,) = pressure_figure(fit, "my_gripper", 0.95).axes
     band = next(area for area in axes.collections if area.get_hatch())
     corners = band.get_paths()[0].vertices
     radius = corners[:, 0].min()
     (one,) = pressure_uncertainty(fit, [1e-3 * radius], 0.95)
     ends = sorted({round(p, 6) for r, p in corners.tolist() if r == radius})
     assert ends == pytest.approx([1e-3 * end for end in one.interval], rel=1e-6)
-    FigureCanvasAgg(figure).draw()
-    assert axes.title.get_window_extent().x1 < figure.legends[0].get_window_extent().x0
     alone = replace(fit, model=replace(fit.model, gripper=None))
     assert pressure_figure(alone, "mine", 0.95) is None
 
 
 def test_a_section_is_stretched_away_from_the_straight_fiber(tmp_path, said):
-    rest, pressed = (
-        np.ravel(
-            next(one for one in axes.collections if isinstance(one, QuadMesh)).get_array().data
-        )
-        for axes in section_figure(DESCRIPTION.actuator, [0.0, 6e4], "mine").axes[:2]
-    )
+    views = section_figure(DESCRIPTION.actuator, [0.0, 6e4], "mine").axes[:2]
+    meshes = [next(c for c in view.collections if isinstance(c, QuadMesh)) for view in views]
+    rest, pressed = (np.ravel(mesh.get_array().data) for mesh in meshes)
     assert rest == pytest.approx(1.0)
     assert pressed.argmin() in (0, 180, 181, 361)  # the fiber's angle, on both walls
     stretch = FreeActuation(DESCRIPTION.actuator).stretch_from_pressure(6e4)
@@ -175,7 +148,6 @@ def test_windows_are_drawn_over_the_radius_in_the_units_wanted():
     radii, pressures = recommended.get_xydata().T
     assert radii == pytest.approx(np.array([0.01, 0.02, 0.03]) / 0.0254)
     assert pressures == pytest.approx([5.9e4 / 6894.757293] * 2 + [math.nan], nan_ok=True)
-    assert axes.get_ylabel() == "pressure [psi]"
     cases = [GripCase(GRIPPER, 0.02, 0.1 * k) for k in range(MOST_PANELS + 1)]
     with pytest.raises(InvalidInputError, match="at most 3 panels"):
         window_figure(cases, [HELD] * len(cases))
