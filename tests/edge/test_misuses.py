@@ -87,6 +87,8 @@ MISUSES = {
     "shape prototype_p1 --pressure '8 psi' --plot {folder}/folder.png": "not a plain file",
     # grip
     "close prototype_p1 --radius '9 mm'": "Missing option '--rate'",
+    "close prototype_p1 --radius '9 mm' --rate '1e-9 kPa/s'": "rate must be at least",
+    "close prototype_p1 --radius '9 mm' --rate '9 Pa/s' --animate /nowhere/a.gif": "no folder /now",
     "close prototype_p1 --radius '9 mm' --rate '20 kPa'": "it must be a pressure rate",
     "close prototype_p1 --radius '9 mm' --rate '9 kPa/s' --wait '0 s'": "above 0 and at most 600 s",
     "close prototype_p1 --radius '9 mm' --rate '9 Pa/s' --friction 90": "--friction': it must be",

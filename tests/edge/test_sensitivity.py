@@ -2,13 +2,11 @@
 """The option ``--sensitivity``: what every input changes, against the commands' own answers."""
 
 import contextlib
-import io
 import math
 from concurrent.futures import Executor, Future
 from dataclasses import replace
 
 import pytest
-from rich.console import Console
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.window import (
@@ -48,33 +46,32 @@ def varied(question, description):
 
 
 @pytest.mark.parametrize(
-    ("field", "written", "text"),
+    ("field", "change"),
     [
-        ("tube.wall_thickness", "wall_thickness: 0.794 mm", "wall_thickness: 0.9 mm"),
-        ("fibers.beta", "beta: 70 deg", "beta: 69 deg"),
-        ("material.c1", "130 kPa", "143 kPa"),
+        ("tube.wall_thickness", "wall_thickness: 0.794 mm -> wall_thickness: 0.9 mm"),
+        ("fibers.beta", "beta: 70 deg -> beta: 69 deg"),
+        ("material.c1", "130 kPa -> 143 kPa"),
     ],
 )
-def test_a_varied_gripper_is_that_of_the_edited_file(field, written, text):
-    old = DESCRIPTION.source.read_text(encoding="utf-8")
-    assert old.count(written) == 1
-    edited = parse_description(old.replace(written, text), DESCRIPTION.source)
+def test_a_varied_gripper_is_that_of_the_edited_file(field, change):
+    text = DESCRIPTION.source.read_text(encoding="utf-8").replace(*change.split(" -> "))
+    edited = parse_description(text, DESCRIPTION.source)
     gripper = vary_gripper(DESCRIPTION, field, edited.values[field])
     assert gripper == replace(edited.gripper, pressure_max=gripper.pressure_max)
+    assert gripper != DESCRIPTION.gripper
     assert gripper.pressure_max <= edited.gripper.pressure_max
 
 
 def test_changes_of_the_tip_criterion_are_the_commands_answers():
     every, found = varied(QUESTION, DESCRIPTION)
-    wall = DESCRIPTION.gripper.tube.wall_thickness + 0.1e-3
-    thicker = vary_gripper(DESCRIPTION, "tube.wall_thickness", wall)
-    base = WrapCurve(DESCRIPTION.gripper).pressure_from_radius(RADIUS)
-    for pressure, gripper, radius in (
-        (every.base["pressure"], DESCRIPTION.gripper, RADIUS),
-        (found["object's radius"].more["pressure"], DESCRIPTION.gripper, RADIUS + 1e-3),
-        (found["wall"].more["pressure"], thicker, RADIUS),
+    base, wall = every.base["pressure"], DESCRIPTION.gripper.tube.wall_thickness + 0.1e-3
+    thicker = WrapCurve(vary_gripper(DESCRIPTION, "tube.wall_thickness", wall))
+    curve = WrapCurve(DESCRIPTION.gripper)
+    for pressure, expected in (
+        (base, curve.pressure_from_radius(RADIUS)),
+        (found["object's radius"].more["pressure"], curve.pressure_from_radius(RADIUS + 1e-3)),
+        (found["wall"].more["pressure"], thicker.pressure_from_radius(RADIUS)),
     ):
-        expected = WrapCurve(gripper).pressure_from_radius(radius)
         assert pressure == pytest.approx(expected, rel=1e-9)
     sizes = [each.size(every.base, "pressure") for each in every.inputs]
     assert sizes == sorted(sizes, reverse=True)
@@ -93,10 +90,8 @@ def test_an_input_without_such_a_gripper_comes_first():
     every, _ = varied(replace(QUESTION, gripper=steep), description)
     first = every.inputs[0]
     assert (first.input.name, first.more) == ("fiber angle alpha", {})
-    assert first.less["pressure"] is not None
-    console = Console(width=80, file=io.StringIO())
-    console.print(every.table())
-    assert "/ none" in console.file.getvalue()
+    cells = list(every.table().columns[1].cells)
+    assert cells[0].endswith("/ none")
 
 
 def test_an_onset_is_sharp_enough_to_be_compared():
@@ -114,10 +109,9 @@ def test_an_onset_is_sharp_enough_to_be_compared():
 
 
 @pytest.mark.long
-def test_commands_print_what_inputs_change(answer, said, monkeypatch):
-    """Friction, pressure and radius of a grip; the radius against a wrap of that radius."""
-    wanted = {"friction", "pressure", "object's radius"}
-    every = sensitivity.inputs_of
+def test_commands_print_what_inputs_change(answer, monkeypatch):
+    """Friction and pressure of a grip; the radius against a wrap of that radius."""
+    every, wanted = sensitivity.inputs_of, {"friction", "pressure"}
     few = lambda *asked: (each for each in every(*asked) if each.name in wanted)  # noqa: E731
     monkeypatch.setattr(sensitivity, "inputs_of", few)
     monkeypatch.setattr(workers, "process_pool", lambda _: contextlib.nullcontext(Here()))
@@ -128,13 +122,11 @@ def test_commands_print_what_inputs_change(answer, said, monkeypatch):
     found = {each["input"]: each for each in told["sensitivity"]}
     assert found.keys() == wanted
     assert found["friction"]["unit"] == "of its value"
-    for name in ("friction", "pressure"):
-        less, more = (found[name][side]["holding_force_away"] for side in ("less", "more"))
+    for each in found.values():
+        less, more = (each[side]["holding_force_away"] for side in ("less", "more"))
         assert less < away < more
     assert found["pressure"]["more"]["onset_wrap"] == base["onset_wrap"]
-    printed = said("wrap", *asked)
-    assert "by so much less / more" in printed
-    assert "object's radius ±1 mm" in printed
+    wanted = {"object's radius"}
+    (radius,) = answer("wrap", *asked)["sensitivity"]
     thicker = answer("wrap", "paper_design_70", "--radius", "21 mm")["onset_wrap"]
-    more = found["object's radius"]["more"]["onset_wrap"]
-    assert more == pytest.approx(thicker, rel=PRESSURE_TOLERANCE)
+    assert radius["more"]["onset_wrap"] == pytest.approx(thicker, rel=PRESSURE_TOLERANCE)
