@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """``calibrate --free-swing``: from a CSV file to the damping, and refusals by name."""
 
+import re
+
 import pytest
 from repo.source_tree import ROOT
 
@@ -27,9 +29,7 @@ def test_the_example_tells_the_damping_it_was_made_with(answer, said, asked):
         assert low < true < high
     assert told["warnings"] == []
     report = said(*asked(SWING, "--hold", "air=1"))
-    assert "free swing of 1.1" in report
-    assert "retardation_time: 0.0" in report
-    assert "95 % interval" in report
+    assert re.search("free swing of 1.1.*retardation_time: 0.0.*95 % interval", report)
     assert "air:" not in report
     # An error stated beside the file is that of its column; a large swing is warned of.
     cells = [line.split(",") for line in SWING.splitlines()[1:]]
@@ -39,23 +39,25 @@ def test_the_example_tells_the_damping_it_was_made_with(answer, said, asked):
     assert "the swing is large" in said(*asked("\n".join(wide)))
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "refusal"),
-    [
-        ("time [s]", "time [min]", "check the unit of time"),
-        ("displacement [mm]", "displacement [in]", "check the unit"),
-        ("displacement [mm]", "extension [mm]", "holds a measurement: one of displacement"),
-        ("displacement_error [mm]", "arc_length [mm]", '"displacement_error": is missing'),
-        ("displacement_error [mm]", "arc_length [mm]", "does not belong to a free swing"),
-        ("1.04,", "1.00,", "holds a time twice"),
-        ("1.04,", ",", "is blank"),
-        ("1.04,", "abc,", ":4: column 1"),
-        ("0.3,0\n1.04", "0.3,5\n1.04", "one gauge pressure"),
-        ("0.3,0\n1.04", "-0.3,0\n1.04", "positive"),
-        ("0.3,0\n", "0.3,900\n", "at most the gripper's limit"),
-        (",0.3,", ",1e-300,", "from 1e-12"),
-    ],
-)
-def test_a_file_that_cannot_be_used_is_refused_by_name(said, asked, old, new, refusal):
+# What is changed in the file -> a part of the refusal.
+UNUSABLE = {
+    "time [s] -> time [min]": "check the unit of time",
+    "displacement [mm] -> displacement [in]": "check the unit",
+    "displacement [mm] -> extension [mm]": "holds a measurement: one of displacement",
+    "displacement_error [mm] -> arc_length [mm]": '"displacement_error": is missing',
+    "displacement_error [mm],p -> arc_length [mm],p": "does not belong to a free swing",
+    "1.04, -> 1.00,": "holds a time twice",
+    "1.04, -> ,": "is blank",
+    "1.04, -> abc,": ":4: column 1",
+    "0.3,0\n1.04 -> 0.3,5\n1.04": "one gauge pressure",
+    "0.3,0\n1.04 -> -0.3,0\n1.04": "positive",
+    "0.3,0\n -> 0.3,900\n": "at most the gripper's limit",
+    ",0.3, -> ,1e-300,": "from 1e-12",
+}
+
+
+@pytest.mark.parametrize("change", UNUSABLE)
+def test_a_file_that_cannot_be_used_is_refused_by_name(said, asked, change):
+    old, new = change.split(" -> ")
     assert old in SWING
-    assert refusal in said(*asked(SWING.replace(old, new)), code=2)
+    assert UNUSABLE[change] in said(*asked(SWING.replace(old, new)), code=2)

@@ -64,11 +64,11 @@ def test_a_gripper_that_is_not_there(asked):
 
 
 def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
-    text = (GRIPPERS.path / "prototype_p1.yaml").read_text(encoding="utf-8")
-    path = tmp_path / "mine.yaml"
-    path.write_bytes(text.replace("\n", "\r\n").encode("utf-8-sig"))
-    assert load_gripper(path) == load_gripper("prototype_p1")
-    path.write_bytes(text.replace("500 mm  ", "500").replace("\n", "\r\n").encode("utf-8-sig"))
+    text, path = (GRIPPERS.path / "prototype_p1.yaml").read_text("utf-8"), tmp_path / "mine.yaml"
+    for written in (text, text.replace("500 mm  ", "500")):
+        path.write_bytes(written.replace("\n", "\r\n").encode("utf-8-sig"))
+        if written == text:
+            assert load_gripper(path) == load_gripper("prototype_p1")
     with pytest.raises(DescriptionError) as caught:
         load_gripper(path)
     assert caught.value.problems[0].line == text[: text.index("500 mm  ")].count("\n") + 1
