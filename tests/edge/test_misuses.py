@@ -71,16 +71,11 @@ MISUSES = {
     "shape": "GRIPPER",
     "shape prototype_p1": "'--pressure'",
     "shape " + 300 * "x" + ".yaml --pressure '8 psi'": "its name is too long; the shipped grippers",
-    "shape prototype_p1 --pressure 8": 'write "8 kPa" or "8 psi"',
-    "shape prototype_p1 --pressure '8 pzi'": 'did you mean "psi"?',
     "shape prototype_p1 --pressure '17 psi'": "17 psi is above limits.pressure_max, 16 psi",
     "shape prototype_p1 --pressure '-1 psi'": "-1 psi is below 0",
-    "shape prototype_p3 --pressure '8 psi'": "did you mean prototype_p",
-    "shape /dev/zero --pressure '8 psi'": "a device or a pipe",
     "shape {folder}/colon.yaml --pressure '8 psi'": "colon.yaml:11:5: this is not valid YAML",
     "wrap {folder}/psi.yaml --radius '9 mm'": "turns at most (at 16 psi)",
     "shape prototype_p1 --pressure '8 psi' --gravity-direction 0 0 0": "must not all be zero",
-    "shape prototype_p1 --pressure '8 psi' --gravity-magnitude 9.81": "an acceleration with its",
     "shape prototype_p1 --pressure '8 psi' --plot x.bmp": ".png, .svg, .pdf",
     "shape prototype_p1 --pressure '8 psi' --plot no/where/x.png": "there is no folder",
     "shape prototype_p1 --pressure '8 psi' --plot /proc/x.png": "no files: write to another folder",
@@ -101,6 +96,7 @@ MISUSES = {
         "--payload needs gravity"
     ),
     "grip prototype_p1 --profile {folder}/falling.csv": "[mm] must be increasing, got '10, 0'",
+    "grip prototype_p1 --radius '9 mm' --pressure '20 MPa'": "above limits.pressure_max",
     # wrap
     "wrap prototype_p1 --radius 9": 'write "9 mm" or "9 in"',
     "wrap prototype_p1 --radius '0 mm'": "--radius must be a positive finite number, got 0 mm",
@@ -133,13 +129,10 @@ MISUSES = {
     "sweep map --radius-min '11 mm' --radius-max '30 mm' --friction 0.5": "--friction goes with",
     "{D} --end-allowance '-1 mm'": "--end-allowance must be",
     "{D} --save x.yml": ".yaml",
-    "{D} --save " + 300 * "x" + ".yaml": "its name is too long",
     "{D} --save {folder}/good.yaml": "exists already and is kept",
     "{D} --report x.doc": ".md, .html",
     "{D} --json --json=yes": "does not take a value",
     # capture
-    "capture prototype_p1": "'--radius'",
-    "capture prototype_p1 --radius '-9 mm'": "above 0, got '-9 mm'",
     "capture prototype_p1 --radius '9 mm' --pressure '1 MPa'": "is above limits.pressure_max",
     "capture prototype_p1 --radius '9 mm' --payload '1 g' --gravity-magnitude '0 m/s^2'": "needs",
     "capture prototype_p1 --radius '1 m'": "an object of radius 1 m cannot be gripped",
@@ -147,13 +140,8 @@ MISUSES = {
     # approach
     "approach prototype_p1 --radius '9 mm'": "'--object-axis'",
     "approach prototype_p1 --radius '9 mm' --object-axis 0 0 0": "must not all be zero",
-    "{A} --gravity 0 0 0": "must not all be zero",
     "{A} --tilt-max '0 deg'": "above 0",
     "{A} --tilt-max '181 deg'": "at most 180 deg",
-    "{A} --payload '0 g'": "above 0",
-    "{A} --friction 11": "at most 10",
-    "{A} --results a.json": ".jsonl",
-    "{A} --plot a.gif": ".png, .svg, .pdf",
     # sweep
     "sweep": "Usage: spiral-gripper sweep",
     "{P} --jobs 0": "1<=x<=1024",
@@ -161,8 +149,6 @@ MISUSES = {
     "{M} --tube '3/8 in x 1/32 in'": "--tube does not go with map",
     "{M} --beta '70 deg'": "give --beta twice",
     "sweep grips prototype_p1 --radius '-5 mm'": "above 0, got '-5 mm'",
-    "{M} --wall '0 mm'": "above 0, got '0 mm'",
-    "{M} --tube-radius-min '-1 mm'": "above 0, got '-1 mm'",
     "{M} --tube-radius-min '9 mm'": "--tube-radius-min must be below --tube-radius-max",
     # chart
     "chart": "Usage: spiral-gripper chart",
@@ -173,12 +159,10 @@ MISUSES = {
     "chart pressure prototype_p1 --json --radius-max '1 m'": "cannot be gripped",
     # calibrate
     "calibrate prototype_p1": "FILES",
-    "calibrate prototype_p1 none.csv": "there is no such file",
     "calibrate good.csv {folder}/good.csv": "it holds none of a description",
     "{C} --law ogden": "neo_hookean",
     "{C} --fit everything": "bending_stiffness",
     "{C} --hold c2": "of the form NAME=VALUE",
-    "{C} --unit pressure": "of the form NAME=VALUE",
     "{C} --error 'twist=1 deg'": "a column of the files: extension, pressure, got 'twist'",
     "{C} --error 'extension=-1 mm'": "--error extension must be positive, got '-1 mm'",
     "{C} --error 'extension=two %'": 'a share such as "2 %"',
@@ -190,6 +174,7 @@ MISUSES = {
     "{C} --seed -1": "--seed",
     "{C} --measured-curve": "bend angles and twists only",
     "{C} --measured-curve --report r.md": "leave --report out",
+    "{C} --measured-curve --radius '20 mm'": "--measured-curve fits nothing: leave --radius out",
     "{C} --error '2 mm'": 'of the form NAME=VALUE, such as "extension=0.2 mm", got',
     "{C} --error 'coil=2 mm'": "--error must be for one of pressure, extension, twist, bend",
     "{C} --error 'extension=2 psi'": "--error extension must be a length with its unit",
@@ -198,7 +183,6 @@ MISUSES = {
     "{C} --hold extension_limit=1e-9": "must be from 0.1 to 10000: I1 - 3 at full",
     "{C} --hold 'c2=50 MPa'": "held constants must be such that some c1 makes a law",
     "{C} --unit pressure=psi --unit pressure=kPa": "given once",
-    "{C} --section-length '-1 mm'": "above 0",
     "{C} --draws 1000000000 --radius '20 mm'": "'--draws'",
     "{C} --law neo_hookean --hold 'c1=150 kPa'": "",
     "{S} --hold 'c1=100 kPa'": "air: a free swing",
@@ -272,6 +256,7 @@ def test_messages_are_in_the_units_that_were_typed():
         "pressure_max": [TypedValue("--pressure-max", 89631.0, "13 psi", "PRESSURE")],
     }
     too_thin = Message("too thin for the limit of {}", Quantity(162000.0, "Pa"))
+    least = Message("at least {}", Quantity(0.1, "m"))
     for error, expected in (
         (
             NotGrippableError(0.001, too_thin, -1.0, 0.00378219),
@@ -282,13 +267,10 @@ def test_messages_are_in_the_units_that_were_typed():
         ),
         (NotGrippableError(0.5, "no", -1.0, None), "the object cannot be gripped: no"),
         (
-            InvalidInputError("radius_max", 0.06, Message("at least {}", Quantity(0.1, "m"))),
+            InvalidInputError("radius_max", 0.06, least),
             "--radius-max must be at least 10 cm, got 6 cm",
         ),
-        (
-            InvalidInputError("angle", 0.5, "at most 1 m", "rad"),
-            "angle must be at most 1 m, got 28.65 deg",
-        ),
+        (InvalidInputError("angle", 0.5, "1", "rad"), "angle must be 1, got 28.65 deg"),
     ):
         assert error_text(error, givens) == expected
 
@@ -300,8 +282,8 @@ def test_a_full_disk_is_said_in_one_line():
                 [sys.executable, "-m", "spiral_gripper.cli.main", *command],
                 stdout=full, stderr=subprocess.PIPE, text=True, check=False,
             )  # fmt: skip
-        assert done.returncode == 2
-        assert done.stderr == "spiral-gripper: the answer cannot be printed: the disk is full\n"
+        said = "spiral-gripper: the answer cannot be printed: the disk is full\n"
+        assert (done.returncode, done.stderr) == (2, said)
 
 
 def test_what_is_not_installed_is_said_with_the_remedy(said, monkeypatch, tmp_path):

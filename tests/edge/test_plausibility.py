@@ -30,41 +30,40 @@ TRIAL = Trial(FreeActuation(TRUTH), None)
 READINGS = extensions(TRUTH, PRESSURES, noise=np.random.default_rng(4))
 
 
-@pytest.mark.parametrize(
-    ("column", "factor", "expected"),
-    [
-        ("pressure", 1.0, None),
-        ("pressure", 1.6, None),  # handbook constants may be this far off
-        ("pressure", 1.0 / PSI, "psi taken for kPa"),
-        ("pressure", 0.01, "bar taken for kPa"),
-        ("extension", 1.0 / 25.4, "in taken for mm"),
-        ("extension", 0.1, "cm taken for mm"),
-        ("extension", 0.001, "m taken for mm"),
-        ("bend_angle", math.degrees(1.0), "deg taken for rad"),
-        ("bend_angle", math.radians(1.0), "rad taken for deg"),
-    ],
-)
-def test_mix_ups_of_units_are_named(column, factor, expected):
+MIX_UPS = {
+    "psi taken for kPa": ("pressure", 1.0 / PSI),
+    "bar taken for kPa": ("pressure", 0.01),
+    "in taken for mm": ("extension", 1.0 / 25.4),
+    "cm taken for mm": ("extension", 0.1),
+    "m taken for mm": ("extension", 0.001),
+    "deg taken for rad": ("bend_angle", math.degrees(1.0)),
+    "rad taken for deg": ("bend_angle", math.radians(1.0)),
+}
+
+
+@pytest.mark.parametrize("mix_up", MIX_UPS)
+def test_mix_ups_of_units_are_named(mix_up):
+    column, factor = MIX_UPS[mix_up]
     readings = READINGS
     if column == "bend_angle":
         bends = [0.2 * FreeActuation(TRUTH).unloaded_shape(p).curvature for p in PRESSURES]
         readings = [BendReading(p, b, 0.2, 0.01) for p, b in zip(PRESSURES, bends, strict=True)]
-    readings = [replace(r, **{column: factor * getattr(r, column)}) for r in readings]
-    stated = {column: expected.split()[-1]} if expected else {}
-    assert possible_mix_ups(TRIAL, readings, stated)[:1] == ([expected] if expected else [])
+    wrong = [replace(r, **{column: factor * getattr(r, column)}) for r in readings]
+    assert possible_mix_ups(TRIAL, wrong, {column: mix_up.split()[-1]})[0] == mix_up
+    # Handbook constants may be this far off.
+    right = [replace(reading, pressure=1.6 * reading.pressure) for reading in readings]
+    assert possible_mix_ups(TRIAL, right, {}) == []
 
 
 def test_shapes_and_grips_reveal_mix_ups_too():
     material = spiral(NeoHookean(c1=145.0e3))
     gripper = gripper_from_actuator("g", material, density=950.0, pressure_max=110.0e3)
     curve, trial = WrapCurve(gripper), Trial(gripper.actuation, gripper)
-    radii = (0.012, 0.02, 0.03)
-    right = [GripReading(curve.pressure_from_radius(r), r, 1.0e-4) for r in radii]
+    right = [GripReading(curve.pressure_from_radius(r), r, 1.0e-4) for r in (0.012, 0.02, 0.03)]
     grips = [replace(one, pressure=one.pressure / PSI) for one in right]
-    tips = [25.4 * curve.state_at_pressure(p).tip_position for p in (30.0e3, 60.0e3, 90.0e3)]
     shapes = [
-        ShapeReading(p, tuple(tip.tolist()), None, 1e-3)
-        for p, tip in zip((30.0e3, 60.0e3, 90.0e3), tips, strict=True)
+        ShapeReading(p, tuple(25.4 * curve.state_at_pressure(p).tip_position), None, 1e-3)
+        for p in (30.0e3, 60.0e3, 90.0e3)
     ]
     assert possible_mix_ups(trial, grips, {}) == ["psi taken for kPa"]
     assert possible_mix_ups(trial, shapes, {"x": "in"}) == ["mm taken for in"]

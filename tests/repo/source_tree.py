@@ -4,6 +4,9 @@
 from __future__ import annotations
 
 import ast
+import contextlib
+import io
+import re
 import sys
 from functools import cache
 from pathlib import Path
@@ -18,6 +21,16 @@ else:
 ROOT = Path(__file__).resolve().parents[2]
 PYTHON_PACKAGES = ("spiral_core", "spiral_gripper", "spiral_gripper_ros")
 PACKAGES = (*PYTHON_PACKAGES, "spiral_gripper_msgs")
+# Language and text of a page's blocks.
+FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def printed_by_python(text: str) -> str:
+    """Run a page's block of Python and return what it prints."""
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output):
+        exec(compile(text, "page", "exec"), {"__name__": "__main__"})
+    return output.getvalue()
 
 
 def modules(package: str) -> dict[str, Path]:

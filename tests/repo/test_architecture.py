@@ -4,10 +4,8 @@
 from __future__ import annotations
 
 import ast
-import re
 import subprocess
 import sys
-from collections.abc import Iterable
 from graphlib import TopologicalSorter
 
 import pytest
@@ -107,10 +105,6 @@ def inner_imports(package: str) -> dict[str, set[str]]:
     }
 
 
-def nodes(package: str, module: str) -> Iterable[ast.AST]:
-    return ast.walk(ast.parse(modules(package)[module].read_text(encoding="utf-8")))
-
-
 @every_package
 def test_a_folder_imports_itself_and_those_below(package: str) -> None:
     graph, folders = inner_imports(package), FOLDERS[package]
@@ -142,10 +136,11 @@ def test_a_package_knows_its_own_libraries_and_only_the_node_ros(package: str) -
 def test_core_touches_no_file_clock_or_screen(module: str) -> None:
     # A digest of the kernels' own source files names their cached machine code.
     allowed = {"pathlib"} if module == "numerics.kernel" else set()
-    tops = {name.partition(".")[0] for name in imports(modules("spiral_core")[module])}
-    assert not tops & NOT_IN_THE_CORE - allowed
-    calls = (node.func for node in nodes("spiral_core", module) if isinstance(node, ast.Call))
-    assert not {getattr(call, "id", "") for call in calls} & NOT_CALLED_IN_THE_CORE
+    path = modules("spiral_core")[module]
+    assert not {name.partition(".")[0] for name in imports(path)} & NOT_IN_THE_CORE - allowed
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    calls = {getattr(node.func, "id", "") for node in nodes if isinstance(node, ast.Call)}
+    assert not calls & NOT_CALLED_IN_THE_CORE
 
 
 @pytest.mark.parametrize("package", PYTHON_PACKAGES[:2])
@@ -155,16 +150,3 @@ def test_import_is_light(package: str) -> None:
     loaded = set(run.stdout.split())
     assert package in loaded
     assert not loaded & {"matplotlib", "numba", "rclpy", "scipy"}
-
-
-@pytest.mark.parametrize("module", modules("spiral_gripper_ros"))
-def test_the_node_uses_no_private_names_of_others(module: str) -> None:
-    private, own = set(), set()
-    for node in nodes("spiral_gripper_ros", module):
-        name = getattr(node, "name", None) or getattr(node, "id", None)
-        if isinstance(node, ast.Attribute):
-            stored = isinstance(node.ctx, ast.Store)
-            (own if stored else private).add(node.attr)
-        elif name and not isinstance(getattr(node, "ctx", None), ast.Load):
-            own.add(name)
-    assert {name for name in private - own if re.match("_.*(?<!__)$", name)} == set()

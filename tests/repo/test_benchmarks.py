@@ -4,12 +4,10 @@
 import json
 import math
 
-import numpy as np
 import pytest
 
 from benchmarks import __main__ as command
-from benchmarks import accuracy, collocation, dynamics, goals, peers, report
-from benchmarks.cases import usual_case
+from benchmarks import dynamics, goals, peers, report
 from benchmarks.results import SMOKE, Section, Table
 
 
@@ -26,30 +24,18 @@ def strict(text):
 def test_every_section_runs_and_the_goals_find_their_figures():
     """With tiny counts; ratios of times to peers that these do not run may be missing."""
     slow = {"bvp": lambda effort: peers.collocation_section(effort, nodes=(32,))}
-    sections = {
-        name: slow.get(name, measure)(SMOKE) for name, measure in command.SUITE.sections.items()
-    }
+    measures = {**command.SUITE.sections, **slow}
+    sections = {name: measure(SMOKE) for name, measure in measures.items()}
     for table in (table for section in sections.values() for table in section.tables):
         assert table.rows or table.note
         assert {len(row) for row in table.rows} <= {len(table.columns)}
     measured = {name: section.values for name, section in sections.items()}
     assert bool(measured["elastica"]) == dynamics.available()
-    found = [goal for goal in goals.GOALS if goal.key in measured[goal.section]]
-    assert {goal.section for goal in goals.GOALS if goal not in found} <= {"elastica", "scenarios"}
-    assert len(goals.goal_table(measured).rows) == len(found) + 1
+    missing = {goal.section for goal in goals.GOALS if goal.key not in measured[goal.section]}
+    assert missing <= {"elastica", "scenarios"}
     assert measured["robustness"]["solved"] == measured["robustness"]["rods"] == SMOKE.rods
     for key in ("order_tip", "order_shape"):
         assert measured["accuracy"][key] == pytest.approx(4.0, abs=0.1)
-
-
-@pytest.mark.slow
-def test_both_collocations_find_the_usual_shape():
-    case = usual_case()
-    tip = accuracy.usual_reference().tip
-    for solve in (collocation.solve, collocation.solve_plainly):
-        found = solve(case, collocation.helix_guess(case, 40), 1e-5)
-        assert found.success
-        assert np.linalg.norm(found.tip - tip) < 1e-5 * case.length
 
 
 def test_the_results_are_strict_json_of_no_named_machine_and_on_the_page():

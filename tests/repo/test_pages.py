@@ -4,15 +4,12 @@
 That every page is in the navigation is Sphinx's to say: ``make docs``.
 """
 
-import contextlib
-import io
 import re
-import shlex
+from itertools import pairwise
 
 import click
 import pytest
-from click.testing import CliRunner
-from repo.source_tree import ROOT
+from repo.source_tree import FENCED, ROOT, printed_by_python
 
 from docs.tables import BLOCK, tables, with_tables
 from spiral_gripper.cli.main import spiral_gripper
@@ -25,7 +22,6 @@ DOCS, README = ROOT / "docs", ROOT / "README.md"
 PATHS = sorted([*DOCS.glob("*.md"), *DOCS.glob("derivations/*.md"), *ROOT.glob("*.md")])
 TEXTS = {path: path.read_text(encoding="utf-8") for path in PATHS}
 LINK = re.compile(r"""(?:\]\(|src=")([^)"\s#]*)(?:#([^)\s]*))?[)"]""")
-FENCED = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 # Longest page [words], without what programs write into it.
 LONGEST = 1500
 WRITTEN = re.compile(r"<!-- (?:table|From) .*?<!-- end -->", re.DOTALL)
@@ -94,21 +90,8 @@ def test_a_page_is_read_in_a_few_minutes():
 
 @pytest.mark.parametrize("page", [README, DOCS / "sensitivity.md"], ids=lambda page: page.name)
 def test_the_python_of_a_page_prints_what_it_says(page):
-    blocks = FENCED.findall(TEXTS[page])
-    programs = [place for place, (language, _) in enumerate(blocks) if language == "python"]
+    pairs = list(pairwise(FENCED.findall(TEXTS[page])))
+    programs = [(text, *after) for (language, text), after in pairs if language == "python"]
     assert programs
-    for place in programs:
-        printed = io.StringIO()
-        with contextlib.redirect_stdout(printed):
-            exec(compile(blocks[place][1], page.name, "exec"), {"__name__": "__main__"})
-        kind, output = blocks[place + 1]
-        assert (kind, printed.getvalue().strip()) == ("text", output.strip())
-
-
-@pytest.mark.slow
-def test_the_first_screen_has_what_its_command_prints():
-    line = re.search(r"spiral-gripper (grip paper_design_70.*)", TEXTS[README])[1]
-    printed = CliRunner().invoke(spiral_gripper, shlex.split(line, comments=True), obj={}).output
-    shown = next(text for kind, text in FENCED.findall(TEXTS[README]) if kind == "text")
-    assert len(shown.splitlines()) >= 5
-    assert [row for row in shown.splitlines() if row not in printed] == []
+    for text, kind, output in programs:
+        assert (kind, output.strip()) == ("text", printed_by_python(text).strip())
