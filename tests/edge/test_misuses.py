@@ -153,6 +153,7 @@ MISUSES = {
     # chart
     "chart": "Usage: spiral-gripper chart",
     "chart prototype_p1 --json": "as in spiral-gripper chart pressure prototype_p1",
+    "chart section prototype_p1 --plot a.png" + 4 * " --pressure 5kPa": "up to three times",
     "chart gravity prototype_p1": "--plot FILE, --json, or both",
     "chart design-space prototype_p1 --json --stretch-max 0.5": "must be above 1, got",
     "chart pressure prototype_p1 --json --radius-min 9mm --radius-max 8mm": "9mm is not below",

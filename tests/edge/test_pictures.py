@@ -51,8 +51,9 @@ def test_near_faces_are_drawn_over_far_ones_to_scale_and_from_the_front_only():
         draw_surfaces(axes, surfaces, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
         (faces,) = axes.collections
         red, _, blue, _ = faces.get_facecolor().T
-        assert np.any(red > blue)  # the tube's faces come last
-        assert np.all(np.diff(red > blue, prepend=False).nonzero()[0] == [np.sum(red < blue)])
+        of_the_tube = (red > blue).tolist()
+        assert of_the_tube[-1]
+        assert of_the_tube == sorted(of_the_tube)
     points = np.concatenate([path.vertices for path in faces.get_paths()])
     assert np.ptp(points, axis=0) == pytest.approx((40.0, 200.0), rel=1e-3)
     assert axes.get_aspect() == 1.0
@@ -133,10 +134,9 @@ def test_a_section_is_stretched_away_from_the_straight_fiber(tmp_path, said):
     stretch = FreeActuation(DESCRIPTION.actuator).stretch_from_pressure(6e4)
     assert pressed[:180].mean() == pytest.approx(stretch, rel=1e-6)
     picture = tmp_path / "section.png"
-    asked = ["chart", "section", "paper_design_70", "--plot", str(picture)]
-    said(*asked, "--pressure", "5 kPa", "--pressure", "6 psi")
+    asked = "chart section paper_design_70 --pressure 5kPa --pressure 6psi --plot"
+    said(*asked.split(), str(picture))
     assert picture.read_bytes().startswith(b"\x89PNG")
-    assert "up to three times" in said(*asked, *["--pressure", "5 kPa"] * 4, code=2)
 
 
 def test_windows_are_drawn_over_the_radius_in_the_units_wanted():
