@@ -53,11 +53,17 @@ def test_programs_get_the_pose_of_the_base_in_the_world(screened, answer, tmp_pa
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
+def test_people_get_tables_in_their_units(screened, said):
+    printed = said(*UPRIGHT, "--units", "in,psi")
+    for part in ("approach 1", "+0.000 +0.000 -1.000", "10.15 psi", "3.57 times"):
+        assert part in printed
+    assert f"1 of {len(screened)} poses tried grip" in printed
+
+
 def test_an_interrupted_search_goes_on_and_another_question_begins_anew(screened, said, tmp_path):
     file = tmp_path / "approach.jsonl"
     asked = [*ASKED, "--object-axis", "1", "0", "0", "--results", str(file), "--tilt-max"]
     first, count = said(*asked, "10 deg", "--gravity", "0", "0", "-2"), len(screened)
-    assert f"{count} of {count} poses tried grip" in first
     lines = file.read_text(encoding="utf-8").splitlines(keepends=True)
     file.write_text("".join(lines[:-2]) + lines[-2][:40], encoding="utf-8")
     assert said(*asked, "10 deg") == first

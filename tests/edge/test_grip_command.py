@@ -59,6 +59,15 @@ def test_programs_get_the_window_and_the_forces(answer, tmp_path):
         assert part in text
 
 
+def test_people_get_rows_and_a_table(said):
+    printed = said(*ASKED)
+    for text in (
+        "wrapped from", "from the tip criterion's", "loses stability", "away from",
+        "friction coefficient │ 0.2", "after that │", "the end has let go;",
+    ):  # fmt: skip
+        assert text in printed
+
+
 def test_one_pressure_is_looked_at_alone(answer, capsys):
     """With all directions the tables fit 80 columns, and no figure is cut."""
     asked = ["grip", "paper_design_70", "--radius", "20 mm", "--every-direction"]

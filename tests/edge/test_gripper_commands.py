@@ -135,7 +135,10 @@ def test_charts_as_data(answer, tmp_path, monkeypatch):
     ("arguments", "title"),
     [
         ("shape prototype_p1 --pressure 8psi", "prototype_p1 at 8psi"),
-        ("wrap prototype_p1 --radius 9mm", r"prototype_p1 around 9mm, at \d\d\.\d+ kPa"),
+        (
+            "wrap prototype_p1 --radius 9mm --tip-criterion",
+            r"prototype_p1 around 9mm, at \d\d\.\d+ kPa",
+        ),
         ("chart gravity prototype_p1", "prototype_p1"),
         ("chart design-space prototype_p1", "tube of prototype_p1, helix model"),
     ],
@@ -170,6 +173,7 @@ def test_grippers_are_listed_and_shown(answer, said):
 
 
 def test_a_check_says_which_radii_contact_holds(answer, said, tmp_path, monkeypatch):
+    monkeypatch.setattr(places, "RADII_TRIED", 4)
     path = tmp_path / "mine.yaml"
     written = load_description("paper_design_70").source.read_text(encoding="utf-8")
     path.write_text(written.replace("pressure_max: 16 psi", "pressure_max: 38.5 kPa"))
