@@ -22,7 +22,7 @@ from spiral_gripper import load_description
 from spiral_gripper.files.shown import display_units
 from spiral_gripper.reports.meshes import SIDES, tube_mesh
 from spiral_gripper.studio.charts import chart_data, chart_scales, force_data, force_scales
-from spiral_gripper.studio.closing import Closings
+from spiral_gripper.studio.closing import Closings, StoppedError
 from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
 from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
@@ -267,4 +267,11 @@ def test_a_closing_is_computed_once_for_its_settings(held):
     assert closing_line(closing, 2e5).startswith("closed at 200 kPa/s: ")
     session.update(replace(session.settings, rate=1e5))
     assert closings.known(session) is None
+    session.answer = held
+
+    def stop(_):
+        raise StoppedError
+
+    with pytest.raises(StoppedError):
+        closings.of(session, stop)
     session.close()
