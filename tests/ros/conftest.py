@@ -3,6 +3,10 @@
 
 import os
 
+from ros.programs import SIMULATE, group_exists, start
+
+from spiral_gripper_ros.planning.planner import GripperPlanner
+
 # Domain 101 is the last whose ports lie outside Linux' range for outgoing connections. Parallel
 # workers of one run (gw0, gw1, ...) take neighboring domains.
 os.environ["ROS_DOMAIN_ID"] = str(
@@ -66,6 +70,11 @@ def gripper():
 @pytest.fixture(scope="session")
 def curve(gripper):
     return WrapCurve(gripper)
+
+
+@pytest.fixture(scope="session")
+def planner(gripper):
+    return GripperPlanner(gripper)
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -185,3 +194,12 @@ def nowhere(namespace):
     """A client of a node that does not exist, and does not wait for it long."""
     with SpiralGripper(namespace, answer_timeout=0.2) as gripper:
         yield gripper
+
+
+@pytest.fixture
+def simulation(namespace):
+    """`spiral-gripper simulate` in a process group of its own, as a shell starts it."""
+    with start([*SIMULATE, "--radius", "20 mm", "--namespace", namespace]) as process:
+        yield process
+        if group_exists(process.pid):
+            os.killpg(process.pid, signal.SIGKILL)

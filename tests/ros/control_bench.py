@@ -6,13 +6,14 @@ from dataclasses import replace
 
 from ros.fakes import FakePlanner, FakeRegulator, RegulatorFault, regime_at
 
-from spiral_core import SolverError
+from spiral_core import SolverError, WrapRegime
 from spiral_core.rod.state import RodStatus
 from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.grip_control import GripControl
-from spiral_gripper_ros.control.limits import Limits
+from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
+from spiral_gripper_ros.control.refusals import RECONFIGURED
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.control.states import NOT_REFUSED, Reason
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 
 LIMITS = Limits(
     pressure_cap=9.0e4,
@@ -31,11 +32,11 @@ FAILED, CANCELED = GraspOutcome.FAILED, GraspOutcome.CANCELED
 NOT_CERTIFIED = SolverError(RodStatus.UNSTABLE, 1.0, 7)
 # What can be wrong with a regulator, the pressure at which it is stuck, and what that is called.
 FAULTS = [
-    (RegulatorFault.LEAK, 0.0, Reason.PRESSURE_LOW),
-    (RegulatorFault.STUCK, 0.0, Reason.PRESSURE_LOW),
-    (RegulatorFault.STUCK, 9.0e4, Reason.PRESSURE_HIGH),
-    (RegulatorFault.LOST, 0.0, Reason.PRESSURE_LOST),
-    (RegulatorFault.NAN, 0.0, Reason.PRESSURE_INVALID),
+    ("leak", 0.0, Reason.PRESSURE_LOW),
+    ("stuck", 0.0, Reason.PRESSURE_LOW),
+    ("stuck", 9.0e4, Reason.PRESSURE_HIGH),
+    ("lost", 0.0, Reason.PRESSURE_LOST),
+    ("unplugged", 0.0, Reason.PRESSURE_INVALID),
 ]
 
 
@@ -53,12 +54,9 @@ class Bench:
         self.grasped = None
         self.control.activate()
 
-    def follow(self, *course):
-        """Take steps; return what the last one answers."""
-        answer = None
-        for step in course:
-            answer = step(self)
-        return answer
+    def follow(self, course):
+        """Take the steps of a course; return what the last one answers."""
+        return play(self, course)
 
     def run(self, duration, radius=None):
         """Tick for a while, with a radius before every tick if given; return the commands."""
@@ -116,56 +114,58 @@ def snapshot(state, refusal=NOT_REFUSED, **fields):
     return Snapshot(**{"state": state, "refusal": refusal} | unknown | figures | fields)
 
 
-# --- steps ---------------------------------------------------------------------------------------
+# --- steps, as words: "wait 1 0.02", "goal radius=none timeout=0.3", "call release" ---------------
 
 
-def wait(duration, radius=None):
-    return lambda bench: bench.run(duration, radius)
+def wait(bench, duration, radius=None):
+    return bench.run(duration, radius)
 
 
-def goal(radius=0.02, **fields):
-    return lambda bench: bench.grasp(radius, **fields)
+def goal(bench, radius=0.02, **fields):
+    return bench.grasp(radius, **fields)
 
 
-def given(**values):
-    """Set attributes of the bench."""
-    return lambda bench: vars(bench).update(values)
+def given(bench, **values):
+    """Set attributes of the bench; the regime that it sees is one, or what is honest."""
+    regime = values.pop("sees", "honest")
+    if regime != "honest":
+        values["sees"] = lambda pressure, perfect: regime
+    vars(bench).update(values)
 
 
-def limit(**limits):
-    def reconfigure(bench):
-        bench.limits = replace(bench.limits, **limits)
-        bench.control.reconfigure(bench.limits)
-
-    return reconfigure
+def limit(bench, **limits):
+    bench.limits = replace(bench.limits, **limits)
+    bench.control.reconfigure(bench.limits)
 
 
-def gravity(**planner):
+def gravity(bench, **planner):
     """Change what the planner answers: its product, error, recommended and highest_good."""
-
-    def turn(bench):
-        vars(bench.planner).update(planner)
-        bench.control.replan(bench.planner)
-
-    return turn
+    vars(bench.planner).update(planner)
+    bench.control.replan(bench.planner)
 
 
-def breaks(fault, pressure=None):
-    def change(bench):
-        bench.regulator.fault = fault
-        if pressure is not None:
-            bench.regulator.pressure = pressure
-
-    return change
+def fails(bench):
+    """Let the planner certify nothing from now on."""
+    bench.planner.error = NOT_CERTIFIED
 
 
-def call(name, *arguments, **named):
+def breaks(bench, fault, pressure=None):
+    bench.regulator.fault = fault
+    if pressure is not None:
+        bench.regulator.pressure = pressure
+
+
+def call(bench, name, *arguments):
     """Call a method of the control logic."""
-    return lambda bench: getattr(bench.control, name)(*arguments, **named)
+    return getattr(bench.control, name)(*arguments)
 
 
-def leap(duration):
-    return lambda bench: vars(bench).update(now=bench.now + duration)
+def refused(bench):
+    bench.control.refuse(Refusal(Reason.GRAVITY_INVALID, "gravity must be finite"))
+
+
+def leap(bench, duration):
+    bench.now += duration
 
 
 def cancel(bench):
@@ -178,5 +178,100 @@ def hang(bench):
     bench.regulator.pressure, bench.regulator.latched = 0.0, True
 
 
-track = wait(1.5, 0.02)
-hold = (goal(), wait(2.0))
+def offer(bench, radius):
+    return bench.radius(radius)
+
+
+def measure(bench, pressure):
+    """Start again, and measure the same pressure for long enough."""
+    bench.control.activate(take_over=True)
+    bench.regulator.pressure = pressure
+    for _ in range(14):
+        bench.now += TICK
+        bench.control.offer_measured(bench.now, pressure)
+        bench.control.command(bench.now)
+
+
+def notice(bench):
+    """Wait for a fault of the pressure."""
+    while not bench.seen.pressure_fault.text:
+        bench.tick()
+
+
+STEPS = {
+    step.__name__: step
+    for step in (
+        wait,
+        goal,
+        given,
+        limit,
+        gravity,
+        fails,
+        breaks,
+        call,
+        refused,
+        leap,
+        cancel,
+        hang,
+        offer,
+        measure,
+        notice,
+    )
+}
+SHORT = {
+    "track": "wait 1.5 0.02",
+    "hold": "goal; wait 2",
+    "keeps": "goal abort_policy=hold",
+    "unmeasured": "given is_measured=no",
+    "cut": "limit pressure_cap=3e4",
+    "raised": "limit pressure_cap=9e4",
+    "unknown": "limit grip_ratio=none",
+    "uncertified": "gravity error=uncertified",
+    "certified": "gravity error=none",
+    "heavy": "gravity product=1.2e3",
+    "vents": "limit pressure_fault_policy=vent_at",
+    "leaks": "breaks leak",
+}
+VALUES = {
+    "none": None,
+    "no": False,
+    "yes": True,
+    "reconfigured": RECONFIGURED,
+    "uncertified": NOT_CERTIFIED,
+    "hold": AbortPolicy.HOLD,
+    "vent": AbortPolicy.VENT,
+    "vent_at": FaultPolicy.VENT,
+    "report": FaultPolicy.REPORT,
+    "stale_hold": TimeoutPolicy.HOLD,
+    "stale_vent": TimeoutPolicy.VENT,
+    "stale_ramp": TimeoutPolicy.RAMP_DOWN,
+    "curling": WrapRegime.CURLING,
+    "overhang": WrapRegime.OVERHANG,
+    **{fault.value: fault for fault in RegulatorFault},
+}
+
+
+def rows(table):
+    """Return the rows of a table; a line that is indented goes on with the one before."""
+    return table.strip().replace("\n  ", " ").splitlines()
+
+
+def value(word):
+    try:
+        return float(word)
+    except ValueError:
+        return VALUES.get(word, word)
+
+
+def play(bench, course):
+    """Take the steps of a course; return what the last one answers."""
+    answer = None
+    for text in filter(None, map(str.strip, course.split(";"))):
+        if text in SHORT:
+            answer = play(bench, SHORT[text])
+            continue
+        name, *words = text.split()
+        named = dict(word.split("=") for word in words if "=" in word)
+        positional = [value(word) for word in words if "=" not in word]
+        answer = STEPS[name](bench, *positional, **{k: value(v) for k, v in named.items()})
+    return answer

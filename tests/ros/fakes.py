@@ -26,7 +26,7 @@ class FakePlanner:
         self.asked: list[float] = []
         self.error: Exception | None = None
         self.recommended: float | None = None  # both as multiples of the wrap
-        self.highest_good = math.inf
+        self.highest_good = self.loss = math.inf
 
     def plan(self, radius: float) -> FakePlan:
         self.asked.append(radius)
@@ -37,15 +37,15 @@ class FakePlanner:
             raise NotGrippableError(radius, "out of range", -1.0, low if radius < low else high)
         wrap = self.product / radius
         recommended = None if self.recommended is None else self.recommended * wrap
-        return FakePlan(wrap, self.highest_good * wrap, recommended=recommended)
+        return FakePlan(wrap, self.highest_good * wrap, self.loss * wrap, recommended)
 
 
 class RegulatorFault(Enum):
-    NONE = "none"
+    NONE = "sound"
     LEAK = "leak"  # 70 % of the pressure arrives
     STUCK = "stuck"  # the pressure stays where it is
     LOST = "lost"  # nothing is measured
-    NAN = "nan"  # the sensor is unplugged
+    NAN = "unplugged"  # the sensor is unplugged
     ABSOLUTE = "absolute"  # the sensor measures absolute pressure
 
 

@@ -21,7 +21,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from spiral_gripper_msgs.msg import GripStatus, ObjectRadius, ObjectToWrap, Wrap
+from spiral_gripper_msgs.msg import GripStatus, ObjectToWrap, Wrap
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.parameters.table import PARAMETERS
@@ -110,11 +110,13 @@ class Client(Node):
     def __init__(self, namespace):
         super().__init__("test_client", namespace=namespace)
         self.pressures, self.diagnostics, self.regulator = [], [], None
-        self._latched = [], [], [], []
-        self.backbones, self.measured_backbones, self.statuses, self.wraps = self._latched
-        topics = ("backbone", "measured_backbone", "status", "wrap")
-        kinds = (PoseArray, PoseArray, GripStatus, Wrap)
-        for kind, topic, heard in zip(kinds, topics, self._latched, strict=True):
+        self.backbones, self.measured_backbones, self.statuses, self.wraps = [], [], [], []
+        for kind, topic, heard in (
+            (PoseArray, "backbone", self.backbones),
+            (PoseArray, "measured_backbone", self.measured_backbones),
+            (GripStatus, "status", self.statuses),
+            (Wrap, "wrap", self.wraps),
+        ):
             self.create_subscription(kind, topic, heard.append, ALL_AND_LATCHED)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, ALL)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
@@ -122,7 +124,6 @@ class Client(Node):
             topic: self.create_publisher(kind, topic, QoSProfile(depth=1))
             for kind, topic in (
                 (Float64, "object_radius"),
-                (ObjectRadius, "object_radius_stamped"),
                 (Vector3Stamped, "gravity"),
                 (Float64, "measured_pressure"),
             )
@@ -337,7 +338,14 @@ class Client(Node):
 
     def forget(self):
         """Forget everything that was received."""
-        for received in (self.pressures, self.diagnostics, *self._latched):
+        for received in (
+            self.pressures,
+            self.diagnostics,
+            self.backbones,
+            self.measured_backbones,
+            self.statuses,
+            self.wraps,
+        ):
             received.clear()
 
 

@@ -61,7 +61,7 @@ LogInfo = kind("LogInfo", keywords=("msg",))
 Shutdown = kind("Shutdown", keywords=("reason",))
 Node = kind(
     "Node",
-    keywords=(
+    keywords=[
         "package",
         "executable",
         "name",
@@ -75,7 +75,7 @@ Node = kind(
         "respawn_delay",
         "ros_arguments",
         "additional_env",
-    ),
+    ],
 )
 LifecycleNode = kind("LifecycleNode", bases=(Node,))
 ACTIONS = (DeclareLaunchArgument, GroupAction, IncludeLaunchDescription)

@@ -3,9 +3,13 @@
 
 import os
 import subprocess
+import sys
 import time
+from pathlib import Path
 
 from ros.harness import DEADLINE
+
+SIMULATE = [str(Path(sys.executable).with_name("spiral-gripper")), "simulate"]
 
 
 def start(command):

@@ -14,10 +14,9 @@ import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from ros.client_harness import EXAMPLE, PATIENCE, RADIUS, ROOT, wait_until
+from ros.client_harness import EXAMPLE, PATIENCE, RADIUS, wait_until
 from ros.harness import PATIENT, START_DEADLINE, RunningNode
 
-from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_ros.client import (
     NoAnswerError,
     SpiralGripper,
@@ -99,12 +98,11 @@ def test_the_example_wraps_and_releases(active):
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize("shut_down_by_rclpy", [False, True])
-def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(active, shut_down_by_rclpy):
+def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(active):
     lines = [
         "import rclpy",
         "from spiral_gripper_ros.client import SpiralGripper",
-        "rclpy.init()" if shut_down_by_rclpy else "",
+        "rclpy.init()",
         f"with SpiralGripper({active.get_namespace()!r}) as gripper:",
         "    try:",
         "        gripper.wrap(0.02, timeout=600.0)",
@@ -116,19 +114,9 @@ def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(active, shut_down
     command = [sys.executable, "-c", "\n".join(lines)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     with subprocess.Popen(command, **pipes) as process:
-        assert process.stdout.readline() == f"{shut_down_by_rclpy}\n"
+        assert process.stdout.readline() == "True\n"
         assert active.wait_for_state(State.GRASPING)
         process.send_signal(signal.SIGINT)
         errors = process.communicate(timeout=PATIENCE)[1]
     assert errors.splitlines()[-1] == "KeyboardInterrupt"
     assert active.wait_for_state(State.RELEASED, Reason.RELEASED)
-
-
-def test_the_page_shows_the_example_and_names_fields_that_exist():
-    page = (ROOT / "docs" / "grasping.md").read_text(encoding="utf-8")
-    block = re.search(r"```python\n(.*?)```", page, re.DOTALL)[1]
-    assert block in EXAMPLE.read_text(encoding="utf-8")
-    goals = re.findall(r"spiral_gripper_msgs/action/Grasp \"\{(.*?)\}\"", page)
-    assert len(goals) == 3
-    fields = Grasp.Goal.get_fields_and_field_types()
-    assert {name for goal in goals for name in re.findall(r"(\w+):", goal)} <= fields.keys()

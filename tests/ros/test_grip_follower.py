@@ -8,7 +8,6 @@ import pytest
 from ros.grip_stand_ins import DOWN, figures
 
 from spiral_gripper_ros.planning.grip_follower import (
-    GRAVITY_TOLERANCE,
     SETTLING,
     GripFollower,
     InUse,
@@ -112,18 +111,6 @@ def test_an_object_that_is_seen_is_solved_at_its_place_and_the_table_does_not_st
         ((0.1, 0.023, 0.0), seen.axis, False),
     ):
         assert (grips.force(0.02, SeenObject(center, axis, 5.0)) is not None) is is_known
-
-
-def test_another_gravity_makes_another_table(grips):
-    grips.fill()
-    grips.gravity = (9.80665 - 0.9 * GRAVITY_TOLERANCE, 0.0, 0.0)
-    grips.follow()
-    assert grips.force(0.02) is not None
-    grips.gravity = (0.0, 0.0, -9.80665)
-    grips.follow()
-    assert grips.force(0.02) is None
-    grips.follow(elapsed=SETTLING)
-    assert grips.asked[-1][0].gripper.gravity == grips.gravity
 
 
 def test_while_the_arm_turns_nothing_is_asked_and_no_question_waits_behind_another(grips):

@@ -23,22 +23,16 @@ from spiral_gripper_ros.planning.grip_table import (
 NEVER_LOST = figures(curling=None, loss=None)
 
 
-@pytest.mark.parametrize(
-    ("grip", "pressure", "regime"),
-    [
-        (figures(), 4.899e4, WrapRegime.OVERHANG),
-        (figures(), 4.9e4, WrapRegime.PERFECT_WRAP),
-        (figures(), 5.999e4, WrapRegime.PERFECT_WRAP),
-        (figures(), 6.0e4, WrapRegime.CURLING),
-        (figures(), 7.999e4, WrapRegime.CURLING),
-        (figures(), 8.0e4, WrapRegime.OVERHANG),
-        (NEVER_LOST, 1.0e9, WrapRegime.PERFECT_WRAP),
-        (NEVER_LOST, math.nan, WrapRegime.OVERHANG),  # not held, whatever it is
-    ],
-)
-def test_the_regime_is_that_of_the_contact_at_radii_of_the_table_and_between(
-    grip, pressure, regime
-):
+REGIMES = """
+48990 OVERHANG; 49000 PERFECT_WRAP; 59990 PERFECT_WRAP; 60000 CURLING; 79990 CURLING; 80000 OVERHANG
+"""
+
+
+@pytest.mark.parametrize("row", [*REGIMES.strip().split("; "), "1e9 NEVER_LOST", "nan OVERHANG"])
+def test_the_regime_is_that_of_the_contact_at_radii_of_the_table_and_between(row):
+    pressure, name = float(row.split()[0]), row.split()[1]
+    grip = NEVER_LOST if pressure == 1e9 else figures()
+    regime = WrapRegime.PERFECT_WRAP if pressure == 1e9 else WrapRegime[name]
     assert grip.regime(pressure) is regime
     answer = grip.answer(pressure, at_pose=True)
     assert answer.regime is regime
@@ -57,6 +51,9 @@ def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
         )
         held = (answer.contact_length, answer.normal_force, answer.computed_at)
         assert held == pytest.approx((touching, 10.0 * touching, 7.0))
+    for pressure in (0.0, 5.5e4, 7.5e4):  # the tube is blended between its pressures
+        assert entry.shape(pressure).positions == pytest.approx(np.full((3, 3), pressure))
+    assert entry.shape(7.6e4) is entry.shape(-1.0) is None
     # Below the first of its pressures nothing holds, whatever holds there.
     assert replace(entry, away=entry.away + 0.4).answer(4.7e4, at_pose=False).away == 0.0
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the commands of parallel grippers mean for this one; no ROS."""
+"""What the commands of parallel grippers mean for this one, and what they are answered."""
 
 import math
 
 import pytest
+from ros.control_bench import rows
 
 from spiral_core import NotGrippableError
 from spiral_gripper_ros.actions.gripper_command import goal_from_command
@@ -11,7 +12,7 @@ from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
+from spiral_gripper_ros.planning.planner import NoPlanner
 
 OPEN, DIAMETER = 0.1, 0.04
 LIMITS = Limits(pressure_cap=1.0e5)
@@ -24,11 +25,6 @@ def held(radius, overpressure=None):
 
 
 @pytest.fixture(scope="module")
-def planner(gripper):
-    return GripperPlanner(gripper)
-
-
-@pytest.fixture(scope="module")
 def nothing():
     return NoPlanner((9.80665, 0.0, 0.0), NotGrippableError(0.02, "nothing can be", -1.0, None))
 
@@ -37,7 +33,6 @@ def nothing():
     ("position", "opening", "effort", "expected"),
     [
         (DIAMETER, OPEN, 0.0, held(0.02)),
-        (OPEN, OPEN, 0.0, ReleaseGoal()),
         (0.05, 0.05, 0.0, ReleaseGoal()),  # though it could be gripped
         (0.0499, 0.05, 0.0, held(0.02495)),
         (0.09, OPEN, 1.0, GraspGoal(0.045)),  # refused when it is started
@@ -46,23 +41,23 @@ def nothing():
 def test_a_position_is_the_diameter_of_an_object_or_means_release(
     planner, position, opening, effort, expected
 ):
-    goal = goal_from_command([position], [effort], opening, planner, LIMITS)
-    assert goal == expected
+    assert goal_from_command([position], [effort], opening, planner, LIMITS) == expected
 
 
-@pytest.mark.parametrize(
-    ("position", "effort", "reason"),
-    [
-        (math.nan, 0.0, Reason.RADIUS_NOT_FINITE),
-        (0.0, 0.0, Reason.RADIUS_NOT_POSITIVE),
-        (DIAMETER, math.nan, Reason.INVALID_REQUEST),
-        (DIAMETER, -1.0, Reason.INVALID_REQUEST),
-        (OPEN, math.inf, Reason.INVALID_REQUEST),
-    ],
-)
-def test_an_impossible_command_is_refused(planner, position, effort, reason):
-    refusal = goal_from_command([position], [effort], OPEN, planner, LIMITS)
-    assert refusal.reason is reason
+IMPOSSIBLE = """
+nan 0 RADIUS_NOT_FINITE
+0 0 RADIUS_NOT_POSITIVE
+0.04 nan INVALID_REQUEST
+0.04 -1 INVALID_REQUEST
+0.1 inf INVALID_REQUEST
+"""
+
+
+@pytest.mark.parametrize("row", rows(IMPOSSIBLE))
+def test_an_impossible_command_is_refused(planner, row):
+    position, effort, reason = row.split()
+    refusal = goal_from_command([float(position)], [float(effort)], OPEN, planner, LIMITS)
+    assert refusal.reason is Reason[reason]
 
 
 def test_a_limit_of_the_force_lowers_the_overpressure_or_is_refused(planner):
@@ -84,30 +79,17 @@ def test_a_limit_of_the_force_lowers_the_overpressure_or_is_refused(planner):
     assert goal(1.001 * grip) == held(0.02, pytest.approx(0.1 * plan.pressure))
 
 
-def test_the_force_grows_with_the_pressure_and_is_never_negative(planner, nothing):
-    plan = planner.plan(0.02)
-    more, at_it, less = (
-        planner.contact_force(plan, pressure)
-        for pressure in (plan.pressure + 1.0e4, plan.pressure, 0.5 * plan.pressure)
-    )
-    assert more > 10.0 * at_it > less == nothing.contact_force(plan, plan.pressure) == 0.0
-
-
-def test_the_diameter_of_a_pressure_is_that_of_the_object_it_wraps(planner, nothing):
-    for radius in (6e-3, 0.035):
-        # The wrap is found to 1e-9 of the radius.
-        wanted = pytest.approx(2.0 * radius, rel=1e-8)
-        assert planner.wrapped_diameter(planner.plan(radius).pressure, OPEN) == wanted
-    low, high = planner.curve.pressure_min, planner.curve.pressure_max
-    smallest = 2.0 * planner.curve.radius_min
-    for pressure, diameter in ((0.99 * low, OPEN), (math.nan, OPEN), (high, smallest)):
+def test_diameter_and_force_are_those_of_the_pressure(planner, nothing):
+    plan, curve = planner.plan(0.02), planner.curve
+    assert planner.contact_force(plan, 0.5 * plan.pressure) == 0.0
+    assert nothing.contact_force(plan, plan.pressure) == 0.0
+    smallest = 2.0 * curve.radius_min
+    for pressure, diameter in (
+        (planner.plan(0.035).pressure, pytest.approx(0.07, rel=1e-8)),  # to 1e-9 of the radius
+        (0.99 * curve.pressure_min, OPEN),
+        (math.nan, OPEN),
+        (curve.pressure_max, smallest),
+        (curve.pressure_max + 5.0e3, smallest),
+    ):
         assert planner.wrapped_diameter(pressure, OPEN) == diameter
-    assert planner.wrapped_diameter(high + 5.0e3, OPEN) == smallest
     assert nothing.wrapped_diameter(1.0e5, OPEN) == OPEN
-
-
-def test_a_joint_state_is_a_command_if_it_is_a_single_one():
-    assert goal_from_command([0.04], [], OPEN, None, LIMITS) == held(0.02)
-    for position, effort in (([], []), ([0.02, 0.02], []), ([0.02], [1.0, 1.0])):
-        refusal = goal_from_command(position, effort, OPEN, None, LIMITS)
-        assert refusal.reason is Reason.INVALID_REQUEST

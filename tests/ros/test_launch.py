@@ -6,23 +6,22 @@ The launch files are loaded with stand-ins for launch and launch_ros.
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy
 from repo.source_tree import ROOT, pyproject
 from ros import launch_stand_ins
-from ros.harness import DEADLINE, START_DEADLINE
-from ros.launch_stand_ins import LifecycleNode, LogInfo, OpaqueFunction, Shutdown, started
-from ros.simulation_harness import RunningSimulator
+from ros.control_bench import rows
+from ros.launch_stand_ins import LifecycleNode, OpaqueFunction, started
 from ruamel.yaml import YAML
 
 from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
 from spiral_gripper_ros.process.stop_signals import STARTED_BY
 from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
+from spiral_gripper_ros.simulation.simulator import Simulator
 
 PACKAGE = ROOT / "spiral_gripper_ros"
 DESCRIPTION, GRIPPER, GRIPPERS, SIMULATION = FILES = tuple(
@@ -39,16 +38,11 @@ TABLES = {
         ("spiral_gripper_simulator", SIMULATED),
     )
 }
-SET = {
-    "gripper": "prototype_p1",
-    "frame_id": "tool0",
-    "profile": "sine",
-    "radius": "0.01",
-    "fault": "leak",
-    "estimate_noise": "0.0001",
-    "stiffness_factor": "1.2",
-    "real_time_factor": "2",
-}
+SET = (
+    "gripper=prototype_p1 frame_id=tool0 profile=sine radius=0.01 fault=leak "
+    "estimate_noise=0.0001 stiffness_factor=1.2 real_time_factor=2"
+)
+SET = dict(word.split("=") for word in SET.split())
 
 
 @pytest.fixture(autouse=True)
@@ -78,13 +72,10 @@ def test_every_argument_is_described_and_every_executable_and_file_installed(fil
     for argument in launch_stand_ins.arguments(file).values():
         assert argument.description, argument.name
         assert argument.default_value is not None, argument.name
+    ours = {(node.package, node.executable) for node in started(file)}
+    ours -= {("robot_state_publisher", "robot_state_publisher")}
     scripts = pyproject()["tool"]["dynamic-metadata"][0]["ros-scripts"]
-    launched = started(file)
-    assert launched
-    for node in launched:
-        if node.package != "robot_state_publisher":
-            assert node.package == "spiral_gripper_ros"
-            assert node.executable in scripts
+    assert ours <= {("spiral_gripper_ros", script) for script in scripts}
     (parts,) = re.findall(r"foreach\(_part (.+?)\)", (ROOT / "packaging/pip.cmake").read_text())
     setup = (PACKAGE / "setup.py").read_text(encoding="utf-8")
     for shipped in (file, SAMPLE, RVIZ):
@@ -124,59 +115,59 @@ def test_the_simulation_starts_node_and_simulator_in_one_namespace_and_one_time(
     assert simulator.name is None
 
 
-def test_the_simulation_has_one_gripper_whatever_the_file_says_and_rviz_if_wanted():
-    node, simulator, rviz = started(SIMULATION, rviz="true", namespace="/left")
-    assert own_parameters(simulator) == {"gripper": "paper_design_70", "publish_clock": False}
-    assert own_parameters(node)["gripper"] == "paper_design_70"
-    assert (rviz.package, rviz.executable, rviz.namespace) == ("rviz2", "rviz2", "/left")
-    assert rviz.arguments[0] == "-d"
-    assert Path(rviz.arguments[1]).resolve() == RVIZ
-
-
 def test_node_and_adapter_have_the_log_level_the_respawn_and_their_files(file):
+    given = {"regulator": file, "log_level": "debug", "namespace": "/left"}
     for respawn in ("true", "false"):
-        given = {"regulator": file, "log_level": "debug", "respawn": respawn, "namespace": "/left"}
-        for node in (launched := started(GRIPPER, **given)):
-            assert (node.respawn, node.respawn_delay) == (respawn == "true", 2.0)
-            assert (node.namespace, node.ros_arguments) == ("/left", ["--log-level", "debug"])
-    _, adapter = launched
+        node, adapter = started(GRIPPER, respawn=respawn, **given)
+        for one in (node, adapter):
+            assert (one.respawn, one.respawn_delay) == (respawn == "true", 2.0)
+            assert (one.namespace, one.ros_arguments) == ("/left", ["--log-level", "debug"])
     assert (adapter.executable, adapter.name) == ("spiral_gripper_regulator", "regulator")
     assert adapter.parameters == [file]
-    for node in started(SIMULATION, log_level="debug"):
-        assert node.ros_arguments == ["--log-level", "debug"]
 
 
-@pytest.mark.parametrize(
-    ("file", "given", "which", "follows"),
-    [
-        (GRIPPER, {}, 0, [LogInfo]),
-        (GRIPPER, {"required": "true"}, 0, [LogInfo, Shutdown]),
-        (GRIPPER, {"required": "true", "respawn": "true"}, 0, [LogInfo]),
-        (SIMULATION, {}, 0, [LogInfo, Shutdown]),
-        (SIMULATION, {}, 1, [Shutdown]),
-    ],
-)
-def test_the_end_of_a_required_process_is_that_of_the_launch(file, given, which, follows):
-    node = started(file, **given)[which]
+# The launch file, what is given, which node ends: what follows.
+ENDS = """
+gripper 0: LogInfo
+gripper required=true 0: LogInfo Shutdown
+gripper required=true respawn=true 0: LogInfo
+simulation 0: LogInfo Shutdown
+simulation 1: Shutdown
+"""
+BY_NAME = {file.name.split(".")[0]: file for file in FILES}
+
+
+@pytest.mark.parametrize("row", rows(ENDS))
+def test_the_end_of_a_required_process_is_that_of_the_launch(row):
+    words, follows = (part.split() for part in row.split(": "))
+    given = dict(word.split("=") for word in words[1:-1])
+    node = started(BY_NAME[words[0]], **given)[int(words[-1])]
     (handler,) = node.on_exit
-    assert [type(action) for action in handler.function(node.context)] == follows
+    assert [type(action).__name__ for action in handler.function(node.context)] == follows
     node.context.is_shutdown = True
     assert handler.function(node.context) == []
 
 
-@pytest.mark.parametrize(
-    ("file", "argument", "value", "words"),
-    [(GRIPPER, argument, "/nothing", "a file") for argument in ("parameters", "regulator")]
-    + [(DESCRIPTION, "model", "/nothing", "a file")]
-    + [(SIMULATION, argument, "abc", "a number") for argument in ("radius", "real_time_factor")]
-    + [
-        (GRIPPERS, "names", names, "different names")
-        for names in ("", "left,left", "left,", "Left", "a b", "/left", "1")
-    ],
-)
-def test_what_cannot_be_is_refused_with_its_argument(file, argument, value, words):
-    with pytest.raises(RuntimeError, match=f"argument {argument} must be {words}, got '{value}'"):
-        started(file, **{argument: value})
+REFUSED = """
+gripper parameters /nothing: a file
+gripper regulator /nothing: a file
+description model /nothing: a file
+simulation radius abc: a number
+simulation real_time_factor abc: a number
+grippers names left,left: different names
+grippers names left,: different names
+grippers names Left: different names
+grippers names /left: different names
+grippers names 1: different names
+"""
+
+
+@pytest.mark.parametrize("row", rows(REFUSED))
+def test_what_cannot_be_is_refused_with_its_argument(row):
+    file, argument, value, *words = row.replace(":", "").split()
+    told = f"argument {argument} must be {' '.join(words)}, got '{value}'"
+    with pytest.raises(RuntimeError, match=told):
+        started(BY_NAME[file], **{argument: value})
 
 
 def test_what_is_refused_is_refused_before_anything_is_started():
@@ -192,17 +183,6 @@ def test_two_grippers_have_namespaces_and_frames_of_their_own(simulation, count)
     for node in launched:
         assert own_parameters(node)["frame_id"] == f"{node.namespace}_gripper_base"
     assert {node.namespace for node in launched} == {"left", "right"}
-
-
-def test_the_description_is_that_of_the_xacro_with_what_is_given(file):
-    given = {"prefix": "left_", "model": file, "collision": "swept"}
-    (publisher,) = started(DESCRIPTION, namespace="/left", **given)
-    assert (publisher.package, publisher.namespace) == ("robot_state_publisher", "/left")
-    (text,) = own_parameters(publisher).values()
-    assert text == f"{PACKAGE / 'urdf/spiral_gripper.urdf.xacro'} {given}"
-    (publisher,) = started(DESCRIPTION)
-    (text,) = own_parameters(publisher).values()
-    assert str(PACKAGE / "urdf/paper_design_70.yaml") in text
 
 
 # --- the sample parameters and RViz ------------------------------------------------------------
@@ -229,11 +209,7 @@ def test_the_sample_parameters_are_the_nodes_defaults():
     assert GripperParameters.refusal(values) is None
 
 
-def test_the_node_reads_the_sample_and_rviz_shows_what_is_published(client, namespace, tmp_path):
-    file = tmp_path / "mine.yaml"
-    sample = SAMPLE.read_text(encoding="utf-8")
-    changed = sample.replace("timeout_policy: hold", "timeout_policy: vent")
-    file.write_text(changed.replace(" rate: 50.0", " rate: 20.0"), encoding="utf-8")
+def test_rviz_shows_what_node_and_simulator_publish(node, namespace):
     manager = read_yaml(RVIZ)["Visualization Manager"]
     fixed = manager["Global Options"]["Fixed Frame"]
     assert fixed == TABLES["spiral_gripper_node"]["frame_id"]
@@ -242,37 +218,26 @@ def test_the_node_reads_the_sample_and_rviz_shows_what_is_published(client, name
     assert description["Value"] == "robot_description"
     assert description["Durability Policy"] == "Transient Local"  # as its publisher offers it
     assert "TF" in displays
-    shown = {
-        (d["Class"].split("/")[1], d["Topic"]["Value"], d["Topic"]["Durability Policy"])
-        for d in manager["Displays"]
-        if "Topic" in d
+    simulator = Simulator(SingleThreadedExecutor(), namespace=namespace)
+    published = {
+        (
+            publisher.msg_type.__name__,
+            publisher.topic.removeprefix(f"{namespace}/"),
+            publisher.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL,
+        )
+        for one in (node, *simulator.nodes)
+        for publisher in one.publishers
     }
-    topics = {topic for _, topic, _ in shown}
-    assert topics == {"markers", "backbone", "measured_backbone", "simulated/backbone"}
-
-    def publishers(topic):
-        return client.get_publishers_info_by_topic(f"{namespace}/{topic}")
-
-    command = [sys.executable, "-m", "spiral_gripper_ros.node.main", "--ros-args"]
-    command += ["--params-file", str(file), "-r", f"__ns:={namespace}"]
-    with RunningSimulator(namespace), subprocess.Popen(command) as node:
-        try:
-            client.wait_until(lambda: all(map(publishers, topics)), "publishers", START_DEADLINE)
-            published = {
-                (
-                    info.topic_type.split("/")[-1],
-                    topic,
-                    "Transient Local"
-                    if info.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-                    else "Volatile",
-                )
-                for topic in topics
-                for info in publishers(topic)
-                if info.qos_profile.reliability == ReliabilityPolicy.RELIABLE
-            }
-            assert client.get_parameter_of_node("radius.timeout_policy") == "vent"
-            assert client.get_parameter_of_node("publish.rate") == 20.0
-        finally:
-            node.terminate()
-        assert node.wait(DEADLINE) == 0
-    assert shown == published
+    for one in simulator.nodes:
+        one.destroy_node()
+    shown = {
+        (
+            display["Class"].split("/")[1],
+            display["Topic"]["Value"],
+            display["Topic"]["Durability Policy"] == "Transient Local",
+        )
+        for display in manager["Displays"]
+        if "Topic" in display
+    }
+    assert len(shown) >= 3
+    assert shown <= published

@@ -14,7 +14,6 @@ PROGRAMS = {
     "spiral_gripper": "spiral_gripper_ros.node.main",
     "regulator": "spiral_gripper_ros.regulators.main",
     "simulated_regulator": "spiral_gripper_ros.simulation.main",
-    "radius_source": "spiral_gripper_ros.simulation.main",
 }
 OF_NO_TYPE = Parameter(name="pressure.cap", value=ParameterValue(type=99))
 USABLE = Parameter(

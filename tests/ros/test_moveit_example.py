@@ -9,19 +9,13 @@ from xml.etree import ElementTree
 import pytest
 from geometry_msgs.msg import PoseStamped
 from repo.source_tree import ROOT
-from ros.test_launch import flat
-from ruamel.yaml import YAML
 
-from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
+from spiral_gripper_ros.parameters.table import GripperParameters
 
 FOLDER = ROOT / "examples/moveit"
 MODEL = ElementTree.parse(ROOT / "spiral_gripper_ros/urdf/spiral_gripper.xacro").getroot()
 SRDF = ElementTree.parse(FOLDER / "spiral_gripper.srdf").getroot()
 OF_THE_ARM = {"tool0"}
-
-
-def loaded(name):
-    return YAML(typ="safe").load(FOLDER / name)
 
 
 class Message:
@@ -73,21 +67,6 @@ def test_the_srdf_names_links_and_joints_of_the_model_and_opens_with_a_release()
     assert values.pop("open") == opening
     assert values
     assert all(0.0 < value < opening for value in values.values())
-
-
-def test_controller_and_parameters_are_those_of_the_node_in_its_namespace(example):
-    controllers = loaded("moveit_controllers.yaml")["moveit_simple_controller_manager"]
-    (name,) = controllers["controller_names"]
-    controller, defaults = controllers[name], GripperParameters()
-    assert f"/{name}" == example.NAMESPACE
-    assert controller["action_ns"] == "gripper_cmd"
-    assert controller["type"] == defaults.gripper_cmd.type
-    assert set(controller["joints"]) <= named(SRDF, ".//joint")
-    ((node, settings),) = loaded("gripper.yaml").items()
-    assert node == f"{example.NAMESPACE}/spiral_gripper"
-    values = flat(settings["ros__parameters"])
-    assert values.keys() <= {spec.name for spec in PARAMETERS}
-    assert GripperParameters.from_names(values).publish.robot_state_rate > 0.0
 
 
 def test_the_object_is_attached_where_it_is_wrapped_and_detached(example):

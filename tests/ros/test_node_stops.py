@@ -8,21 +8,39 @@ from pathlib import Path
 
 import pytest
 from lifecycle_msgs.msg import State as LifecycleState
+from ros.control_bench import rows
 from ros.grasp_goals import Goals, refused, started
 from ros.harness import DEADLINE, RunningNode
 
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.process.node_process import NODE, SIMULATOR
+from spiral_gripper_ros.process.stop_signals import STOP_SIGNALS, StopSignals
 
 
 @pytest.mark.usefixtures("hangups")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
-def test_a_stop_signal_makes_a_vent_the_last_command(client, namespace, number):
+def test_each_stop_signal_interrupts_a_start_and_is_noted_from_then_on(number):
+    before = {one: signal.getsignal(one) for one in STOP_SIGNALS}
+    signals = StopSignals()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(number)
+        signals.defer()
+        signal.raise_signal(number)
+        assert signals.requested
+        signals.ignore()
+        signal.raise_signal(number)
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
+
+
+def test_a_stop_signal_makes_a_vent_the_last_command(client, namespace):
     with RunningNode(namespace, {"pressure.rate_up": 500.0}) as node:
         client.wait_until_active()
         goals = Goals(client)
         goal = started(goals.grasp(0.02))
-        assert node.stop(number) == 0, node.log()
+        assert node.stop(signal.SIGTERM) == 0, node.log()
         refused(goal, Reason.NOT_ACTIVE)
         client.wait_for_vent()
         client.wait_for_state(State.INACTIVE)
@@ -52,29 +70,22 @@ def test_an_inactive_node_publishes_nothing_but_its_vents(client, namespace):
         assert node.stop() == 0, node.log()
 
 
-ROS = "--ros-args"
+STARTS = f"""
+{NODE} --gripper p1: unknown arguments
+{NODE} --ros-args -r __ns:=left: ROS does not start
+{SIMULATOR} --ros-args --params-file none.yaml: ROS does not start
+{NODE} --ros-args --params-file other.yaml: no parameters for /spiral_gripper, only for
+{NODE} --ros-args -p griper:=prototype_p1: did you mean gripper?
+{NODE} --ros-args -p gripper:=no_such_gripper: no gripper has this name
+"""
 
 
-@pytest.mark.parametrize(
-    ("program", "arguments", "said"),
-    [
-        (NODE, ["--gripper", "p1"], "unknown arguments"),
-        (SIMULATOR, ["-p", "pressure.cap:=20000.0"], "unknown arguments"),
-        (NODE, [ROS, "-r", "__ns:=left"], "ROS does not start"),
-        (SIMULATOR, [ROS, "-p", "gravity:=[0,0"], "ROS does not start"),
-        (NODE, [ROS, "--params-file", "none.yaml"], "ROS does not start"),
-        (NODE, [ROS, "--params-file", "other.yaml"], "no parameters for /spiral_gripper, only for"),
-        (NODE, [ROS, "-p", "griper:=prototype_p1"], "did you mean gripper?"),
-        (NODE, [ROS, "-p", "gripper:=no_such_gripper"], "no gripper has this name"),
-        (NODE, [ROS, "-p", "gravity.vector:=[1.0, 2.0]"], "3 finite numbers"),
-    ],
-)
-def test_a_start_that_cannot_be_ends_with_the_reason(
-    tmp_path, monkeypatch, program, arguments, said
-):
+@pytest.mark.parametrize("row", rows(STARTS))
+def test_a_start_that_cannot_be_ends_with_the_reason(tmp_path, monkeypatch, row):
+    arguments, said = row.split(": ")
     monkeypatch.chdir(tmp_path)
     Path("other.yaml").write_text("/other:\n  ros__parameters:\n    pressure.cap: 20000.0\n")
-    command = [sys.executable, "-m", program, *arguments]
+    command = [sys.executable, "-m", *arguments.split()]
     ended = subprocess.run(command, check=False, capture_output=True, text=True, timeout=DEADLINE)
     assert ended.returncode == 1
     assert said in ended.stderr

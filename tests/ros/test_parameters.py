@@ -5,10 +5,10 @@ import math
 import os
 import re
 from dataclasses import fields
-from operator import attrgetter
 
 import pytest
 from repo.source_tree import ROOT
+from ros.control_bench import rows
 
 from spiral_core import InvalidInputError
 from spiral_gripper.files.catalog import GRIPPERS
@@ -20,16 +20,6 @@ from spiral_gripper_ros.parameters.spec import GRAVITY_LIMIT, gravity_problem, m
 from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
 
 NODE = "/left/spiral_gripper"
-
-
-def test_a_name_is_the_path_of_its_value_and_every_parameter_is_described():
-    values = GripperParameters()
-    assert len({spec.name for spec in PARAMETERS}) == len(PARAMETERS)
-    for spec in PARAMETERS:
-        value = attrgetter(spec.name)(values)
-        assert value == spec.default or value != value, spec.name
-        assert spec.description.endswith(".")
-        assert (spec.low is None) == (spec.high is None)
 
 
 @pytest.mark.parametrize("spec", PARAMETERS, ids=lambda spec: spec.name)
@@ -155,23 +145,16 @@ def judged(tmp_path):
     return judge_text
 
 
-@pytest.mark.parametrize(
-    ("key", "applies"),
-    [
-        ("/**", True),
-        (NODE, True),
-        ("/**/spiral_gripper", True),
-        ("/left/*", True),
-        ("/left/spiral_*", True),
-        ("left: {spiral_gripper", True),  # nested
-        ("spiral_gripper", False),
-        ("/left/other", False),
-        ("/*", False),
-        ("/left", False),
-        ("", False),
-    ],
+FOR_THE_NODE = (
+    "/** /left/spiral_gripper /**/spiral_gripper /left/* /left/spiral_* left:{spiral_gripper"
 )
-def test_a_file_for_another_node_is_an_error(judged, key, applies):
+FOR_OTHERS = "spiral_gripper /left/other /* /left"
+
+
+@pytest.mark.parametrize("key", [*FOR_THE_NODE.split(), *FOR_OTHERS.split(), ""])
+def test_a_file_for_another_node_is_an_error(judged, key):
+    applies = key in FOR_THE_NODE.split()
+    key = key.replace(":", ": ")  # nested
     end = "}}" if "{" in key else "}"
     findings = judged(f"{{{key}: {{ros__parameters: {{pressure.cap: 2.0e4}}}}{end}")
     assert (len(findings.errors), findings.warnings) == (0 if applies else 1, [])
@@ -209,19 +192,21 @@ def test_the_file_on_the_page_has_names_of_the_node(tmp_path):
     assert findings.errors == findings.warnings == []
 
 
-@pytest.mark.parametrize(
-    ("args", "count"),
-    [
-        ([], 0),
-        (["-p", "pressure.cap:=1.0", "-p", "use_sim_time:=true"], 0),
-        (["-p", "qos_overrides./x.publisher.depth:=1"], 0),
-        (["-p", "camera:=1"], 1),
-        (["--param", "spiral_gripper:camera:=1"], 1),
-        (["-p", "other:camera:=1"], 0),
-        (["-r", "a:=b", "--", "-p", "camera:=2"], 0),
-        (["--params-file", "none.yaml"], 1),
-    ],
-)
-def test_names_on_the_command_line_are_judged_for_their_node(args, count):
+# Arguments, and how many errors they are.
+ARGUMENTS = """
+0:
+0: -p pressure.cap:=1.0 -p use_sim_time:=true
+0: -p qos_overrides./x.publisher.depth:=1
+1: -p camera:=1
+1: --param spiral_gripper:camera:=1
+0: -p other:camera:=1
+0: -r a:=b -- -p camera:=2
+1: --params-file none.yaml
+"""
+
+
+@pytest.mark.parametrize("row", rows(ARGUMENTS))
+def test_names_on_the_command_line_are_judged_for_their_node(row):
+    count, args = int(row[0]), row[2:].split()
     assert len(judge(*args).errors) == count
     assert not judge(*args, ros="--").errors

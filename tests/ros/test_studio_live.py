@@ -5,16 +5,13 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from browser import PATIENCE, appears, opened, studio, wait_until
-from ros.programs import group_exists
-from ros.test_simulated_command import COMMAND
 
-from spiral_gripper.studio.live import SILENCE, HoldingFigures, NodeState, live_text
+from spiral_gripper.studio.live import HoldingFigures, NodeState, live_text
 
 HEARD = NodeState(
     age=0.0,
@@ -32,46 +29,11 @@ HEARD = NodeState(
 )
 
 
-def test_what_is_not_known_is_said_to_be():
-    text = live_text(HEARD)
-    for said in (
-        "not measured",
-        "object radius none",
-        "not known",
-        "free coil is drawn",
-        "50 kPa** of 57",
-        "it leaks",
-    ):
-        assert said in text
-    assert "silent" not in text
-
-
 def test_what_holds_is_said_with_its_direction():
     held = HoldingFigures(contact_length=0.1, normal_force=1.5, away=0.22, towards=0.31)
     text = live_text(replace(HEARD, held=held, measured=5.1e4, object_radius=0.02))
     for said in ("100 mm in contact", "with 1.5 N", "**0.22 N** away", "0.31 N towards", "51 kPa"):
         assert said in text
-
-
-def test_a_silent_node_is_said_to_be_silent():
-    old = replace(HEARD, age=SILENCE + 1.0)
-    assert live_text(old).startswith("**The node is silent.** What follows is 3 s old.")
-
-
-@pytest.fixture
-def simulation(namespace):
-    with subprocess.Popen(
-        [*COMMAND, "--radius", "20 mm", "--namespace", namespace],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    ) as process:
-        yield process
-        process.send_signal(signal.SIGINT)  # ends its node and its simulator too
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(PATIENCE)
-        if group_exists(process.pid):
-            os.killpg(process.pid, signal.SIGKILL)
 
 
 @pytest.mark.slow

@@ -25,7 +25,6 @@ from spiral_gripper_ros.planning.worker import (
     SharedGrips,
     Worker,
     join_ended,
-    solve_grip,
 )
 
 LONG = requirement_from_msg(
@@ -170,15 +169,6 @@ def test_the_programs_main_module_does_not_run_again_and_who_is_killed_leaves_no
         assert process.stdout.read() == b""
     assert worker_id != process.pid
     wait_for_the_end(worker_id)
-
-
-def test_a_grip_is_solved_for_the_ramp(worker, gripper):
-    grip = worker.answer(solve_grip, GripQuestion(gripper, 0.011, rate=1.5e4))
-    # The prototype of the project's grip model: wrapped within 5 % of the tip criterion, held away
-    # from the base far better than towards it.
-    assert grip.onset_wrap == pytest.approx(grip.tip_pressure, rel=0.05)
-    assert grip.away[-1] > 3.0 * grip.towards[-1] > 0.0
-    assert 0.0 < grip.settling.max() < 1.0  # held, it swings for less than a second
 
 
 def test_what_is_compiled_already_ends_in_order(worker, capfd):
