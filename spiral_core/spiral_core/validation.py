@@ -168,6 +168,21 @@ def require_all(
     return values
 
 
+def require_kind(field: str, value: object, *kinds: type) -> None:
+    """Refuse what is not of one of the kinds.
+
+    Example:
+        >>> require_kind("radius", "20 mm", int, float)
+        Traceback (most recent call last):
+        ...
+        spiral_core.errors.InvalidInputError: radius must be an int or float, got '20 mm'
+    """
+    if not isinstance(value, kinds):
+        names = " or ".join(kind.__name__ for kind in kinds)
+        article = "an" if names[0] in "AEIOUaeiou" else "a"
+        raise InvalidInputError(field, value, f"{article} {names}")
+
+
 def _all_finite_floats(values: tuple[object, ...]) -> bool:
     """Return whether these are finite floats: the usual case, told without a call for each."""
     return all(type(value) is float and -math.inf < value < math.inf for value in values)

@@ -2,14 +2,20 @@
 """What the checks at the border let through, and what they refuse."""
 
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
-from core.actuator_cases import repeatable
+from core.actuator_cases import actuator, repeatable
+from core.design_cases import PAPER_EXAMPLE
+from core.gripper_cases import paper_gripper
 from hypothesis import given
 from hypothesis import strategies as st
 
+from spiral_core import MeasuredActuation, MooneyRivlin, PressureCourse
+from spiral_core.calibration.model import CalibrationModel
+from spiral_core.design.requirement import Elastomer
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import (
     require_finite,
@@ -86,3 +92,31 @@ def test_vectors_become_tuples_of_floats_and_unit_vectors_are_normalized():
     assert norm == pytest.approx(1.0, rel=1e-15)
     for value in ((0.0, 0.0, 0.0), (0.6, 0.0, 0.80001)):
         assert "whose norm is 1" in refusal(require_unit_vector, value)
+
+
+@pytest.mark.parametrize(
+    ("field", "make"),
+    [
+        *(
+            (field, lambda field=field: replace(PAPER_EXAMPLE, **{field: "3"}))
+            for field in ("tubes", "elastomers", "fiber_angles_beta", "preference")
+        ),
+        ("curvature_form", lambda: replace(PAPER_EXAMPLE, curvature_form="exact")),
+        ("pressure_law", lambda: Elastomer("e", MooneyRivlin(1e5, 1e4), 950.0, "section")),
+        *(
+            (field, lambda field=field: replace(paper_gripper("P1"), **{field: None}))
+            for field in ("tube", "actuation", "stiffness")
+        ),
+        ("single_fibers", lambda: replace(actuator(), single_fibers=3)),
+        ("pressures", lambda: MeasuredActuation(3.0, (0.0,), (0.0,), 0.3)),
+        ("times", lambda: PressureCourse(3.0, (0.0, 1e4))),
+        ("pressures", lambda: PressureCourse((0.0, 1.0), 1e4)),
+        ("gripper", lambda: CalibrationModel(actuator(), gripper="mine.yaml")),
+        ("quantities", lambda: CalibrationModel(actuator(), quantities="density")),
+        ("fixed", lambda: CalibrationModel(actuator(), fixed=3)),
+    ],
+)
+def test_what_is_of_another_kind_is_refused_by_name(field, make):
+    with pytest.raises(InvalidInputError, match=f"^{field} must be a") as caught:
+        make()
+    assert caught.value.field == field

@@ -50,11 +50,6 @@ from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.runtime.runtime import Outputs
 
-# An example takes its time on a busy machine.
-hypothesis.settings.register_profile(
-    "patient", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
-)
-hypothesis.settings.load_profile("patient")
 # For a long run of test_control_machine.py: pytest --hypothesis-profile=fuzz.
 hypothesis.settings.register_profile("fuzz", max_examples=1500, stateful_step_count=100)
 

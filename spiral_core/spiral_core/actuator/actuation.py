@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Sequence, Sized
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -24,6 +24,7 @@ from spiral_core.numerics.panels import rising_root
 from spiral_core.numerics.roots import first_sign_change
 from spiral_core.validation import (
     require_finite,
+    require_kind,
     require_non_negative,
     require_positive,
     require_vector,
@@ -87,8 +88,7 @@ class FreeActuation:
 
     def __post_init__(self) -> None:
         actuator = self.actuator
-        if not isinstance(actuator, Actuator):
-            raise InvalidInputError("actuator", actuator, "an Actuator")
+        require_kind("actuator", actuator, Actuator)
         uniform = actuator.pressure_law is PressureLaw.UNIFORM
         path, pressure, end, limit = (uniform_curve if uniform else section_curve)(actuator)
         steps = TABLE_NODES - 1
@@ -252,6 +252,7 @@ class MeasuredActuation:
     def __post_init__(self) -> None:
         from scipy.interpolate import PchipInterpolator
 
+        require_kind("pressures", self.pressures, Sized)
         count = len(self.pressures)
         if not count >= POINTS_MIN:
             raise InvalidInputError("pressures", count, f"at least {POINTS_MIN} points")

@@ -21,7 +21,7 @@ from spiral_core.actuator.section import FiberSet
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import ActuationLimit, InvalidInputError
-from spiral_core.validation import require_finite, require_positive
+from spiral_core.validation import require_all, require_finite, require_kind, require_positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,17 +157,12 @@ class Actuator:
 
     def __post_init__(self) -> None:
         for field, kind in _TYPES.items():
-            value = getattr(self, field)
-            if not isinstance(value, kind):
-                raise InvalidInputError(field, value, f"a {kind.__name__}")
-        if not isinstance(self.fibers, FiberAngles | OneFamily):
-            raise InvalidInputError("fibers", self.fibers, "FiberAngles or OneFamily")
+            require_kind(field, getattr(self, field), kind)
+        require_kind("fibers", self.fibers, FiberAngles, OneFamily)
         limit = self.material.first_invariant_limit
         if not limit > 3.0:
             raise InvalidInputError("first_invariant_limit", limit, "more than the 3 of rest")
-        for fiber in self.single_fibers:
-            if not isinstance(fiber, SingleFiber):
-                raise InvalidInputError("single_fibers", fiber, "a SingleFiber")
+        require_all("single_fibers", self.single_fibers, (SingleFiber,), "SingleFiber values")
         if self.straight_fiber_radius is not None:
             require_positive("straight_fiber_radius", self.straight_fiber_radius)
         check_single_fibers(self.fibers, self.single_fibers)

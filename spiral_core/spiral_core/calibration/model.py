@@ -35,7 +35,7 @@ from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array, Section
 from spiral_core.rounding import rounded_down
-from spiral_core.validation import require_finite, require_positive
+from spiral_core.validation import require_all, require_finite, require_kind, require_positive
 from spiral_core.wrap.gripper import Gripper, stiffness_from_actuator
 from spiral_core.wrap.wrap import wrapped_radius
 
@@ -135,8 +135,11 @@ class CalibrationModel:
     torsional_stiffness: float | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.actuator, Actuator):
-            raise InvalidInputError("actuator", self.actuator, "an Actuator")
+        require_kind("actuator", self.actuator, Actuator)
+        if self.gripper is not None:
+            require_kind("gripper", self.gripper, Gripper)
+        require_all("quantities", self.quantities, (FittedQuantity,), "FittedQuantity values")
+        require_kind("fixed", self.fixed, Mapping)
         constants = constants_of(self.fitted_law)
         for name, value in self.fixed.items():
             if name not in constants:

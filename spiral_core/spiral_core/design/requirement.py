@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 from itertools import product
+from numbers import Real
 
 from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.fibers import FiberAngles, SingleFiber, check_single_fibers
@@ -17,7 +18,9 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Vector
 from spiral_core.validation import (
+    require_all,
     require_in_range,
+    require_kind,
     require_non_negative,
     require_positive,
     require_unit_vector,
@@ -99,8 +102,8 @@ class Elastomer:
     pressure_law: PressureLaw = PressureLaw.SECTION
 
     def __post_init__(self) -> None:
-        if not isinstance(self.law, HyperelasticLaw):
-            raise InvalidInputError("law", self.law, "a hyperelastic law")
+        require_kind("law", self.law, HyperelasticLaw)
+        require_kind("pressure_law", self.pressure_law, PressureLaw)
         require_positive("density", self.density)
 
 
@@ -179,9 +182,16 @@ class DesignRequirement:
         if not self.radius_max <= LARGEST_RADIUS:
             most = Message("at most {}", Quantity(LARGEST_RADIUS, "m"))
             raise InvalidInputError("radius_max", self.radius_max, most, "m")
-        for field in ("tubes", "elastomers", "fiber_angles_beta", "fiber_angles_gamma"):
-            if not getattr(self, field):
+        for field, kind, what in (
+            ("tubes", TubeSize, "TubeSize values"),
+            ("elastomers", Elastomer, "Elastomer values"),
+            ("fiber_angles_beta", Real, "angles"),
+            ("fiber_angles_gamma", Real, "angles"),
+        ):
+            if not require_all(field, getattr(self, field), (kind,), what):
                 raise InvalidInputError(field, getattr(self, field), "at least one on offer")
+        require_kind("preference", self.preference, Preference)
+        require_kind("curvature_form", self.curvature_form, CurvatureForm)
         self._check_fibers()
         if not self.turns_required >= LEAST_TURNS:
             requirement = f"at least {LEAST_TURNS:g}: less of a turn holds nothing"

@@ -28,7 +28,7 @@ from spiral_core.grip.window import GripPoint, Progress, raised
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.state import RodStatus
 from spiral_core.rod.types import Array
-from spiral_core.validation import require_in_range, require_positive, require_vector
+from spiral_core.validation import require_in_range, require_kind, require_positive, require_vector
 
 Misplacement = tuple[float, ...]
 
@@ -133,8 +133,7 @@ def close_misplaced(
 
 def _weight(setup: GripSetup, pressure: float, payload: float | None) -> float:
     """Return the weight to hold [N]; check what a misplaced object is closed on with."""
-    if not isinstance(setup.obstacle.shape, Cylinder):
-        raise InvalidInputError("obstacle", setup.obstacle.shape, "a Cylinder")
+    require_kind("obstacle", setup.obstacle.shape, Cylinder)
     limit = setup.gripper.pressure_max
     require_in_range("pressure", require_positive("pressure", pressure), 0.0, limit, "Pa")
     if payload is None:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from numbers import Real
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from spiral_core.rod.motion.solve import DEFAULT_LONGEST_STEP, motion_frames
 from spiral_core.rod.state import RodState, RodStatus
 from spiral_core.rod.types import Array
 from spiral_core.validation import (
+    require_all,
     require_finite,
     require_in_range,
     require_non_negative,
@@ -59,6 +61,8 @@ class PressureCourse:
     pressures: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        for field in ("times", "pressures"):
+            require_all(field, getattr(self, field), (Real,), "numbers")
         times = [require_finite("times", time) for time in self.times]
         increasing = all(b > a for a, b in pairwise(times))
         if len(times) < 2 or times[0] != 0.0 or not increasing:

@@ -18,7 +18,7 @@ from spiral_core.rod.contact.shapes import Cylinder, Profile, Shape
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.state import RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Vector
-from spiral_core.validation import require_in_range, require_positive
+from spiral_core.validation import require_in_range, require_kind, require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import DEFAULT_FRICTION, FRICTION_MAX, Gripper
 from spiral_core.wrap.placement import coil_place
@@ -68,8 +68,7 @@ class GripSetup:
 
     def __post_init__(self) -> None:
         for name, kind in (("gripper", Gripper), ("obstacle", Obstacle), ("closing", Closing)):
-            if not isinstance(getattr(self, name), kind):
-                raise InvalidInputError(name, getattr(self, name), f"a {kind.__name__}")
+            require_kind(name, getattr(self, name), kind)
         require_in_range("friction", self.obstacle.friction, 0.0, FRICTION_MAX)
         if self.elements is not None:
             require_in_range("elements", self.elements, 2, MAX_ELEMENTS)

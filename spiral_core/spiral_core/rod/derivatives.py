@@ -26,6 +26,7 @@ from spiral_core.rod.contact._mesh import last_slip
 from spiral_core.rod.contact._newton import assemble, load_terms, no_elements
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array
+from spiral_core.validation import require_kind
 
 # A state is known to the solver's tolerance over its smallest pivot [rad]: where that is larger
 # than this, it is next to a fold, or nothing resists one of its motions.
@@ -116,8 +117,7 @@ def differentiate(state: RodState, parameters: Sequence[str] | None = None) -> S
         >>> round(float(deflection), 6), round(0.2**3 / 3e-3, 6)
         (2.666667, 2.666667)
     """
-    if not isinstance(state, RodState):
-        raise InvalidInputError("state", state, "a RodState")
+    require_kind("state", state, RodState)
     if not state.stable:
         raise InvalidInputError("state", state.status, "a stable state")
     point, obstacles = state._point, len(state.gaps)

@@ -44,6 +44,7 @@ from spiral_core.rod.contact.problem import Clamped, End, Free, PointLoad, RodPr
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.state import STATUSES, RodElement, RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array, Rod, RodLoad
+from spiral_core.validation import require_kind
 
 # A scheme of fourth order: halving the elements multiplies the error by 16.
 RICHARDSON = 15.0
@@ -52,8 +53,6 @@ RICHARDSON = 15.0
 SECOND_ORDER = 4.0 / 3.0
 CLAMPED, FREE, NO_LOAD = Clamped(), Free(), RodLoad()
 STRAIGHT = [0.0, 0.0, 0.0, 1.0]
-NO_REACTION = np.zeros(6)
-NO_REACTION.setflags(write=False)
 
 
 def solve_rod(
@@ -172,10 +171,8 @@ def checked_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
         InvalidInputError: not a rod and a load, a property jumps where the rod has no break, or
             ``elements`` is not a whole number in range.
     """
-    if not isinstance(rod, Rod):
-        raise InvalidInputError("rod", rod, "a Rod")
-    if not isinstance(load, RodLoad):
-        raise InvalidInputError("load", load, "a RodLoad")
+    require_kind("rod", rod, Rod)
+    require_kind("load", load, RodLoad)
     require_plain(rod)
     require_continuous(rod, load)
     if elements is None:
@@ -256,11 +253,9 @@ def state_from_solved(
     solution, folds, forces, positions, moments, strains = solved
     outcome, iterations, energy, residual, pivot, step, neutral = solution
     contact_forces, none, sticking = _untouched(len(q))
-    for array in (arcs, positions, q, forces, moments, strains):
-        array.setflags(write=False)
     return RodState(
         status=STATUSES[outcome],
-        arc_lengths=arcs,
+        arc_lengths=arcs.copy(),  # they may be those of other states too
         positions=positions,
         orientations=q,
         forces=forces,
@@ -271,7 +266,7 @@ def state_from_solved(
         gaps=none,
         sticking=sticking,
         base_reaction=-np.concatenate((forces[0], moments[0])),
-        tip_reaction=NO_REACTION,
+        tip_reaction=np.zeros(6),
         energy=energy,
         residual=residual,
         smallest_pivot=pivot,

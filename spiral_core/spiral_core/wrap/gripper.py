@@ -17,6 +17,7 @@ from spiral_core.rod.types import Rod, RodLoad, Section, Vector
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_core.validation import (
     require_in_range,
+    require_kind,
     require_non_negative,
     require_positive,
     require_unit_vector,
@@ -80,6 +81,12 @@ class Gripper:
     friction_coefficient: float | None = None
 
     def __post_init__(self) -> None:
+        for field, kind in (
+            ("tube", Tube),
+            ("actuation", ActuationModel),
+            ("stiffness", Section),
+        ):
+            require_kind(field, getattr(self, field), kind)
         require_non_negative("weight_per_length", self.weight_per_length)
         require_positive("pressure_max", self.pressure_max)
         _check_stiffness(self.stiffness)

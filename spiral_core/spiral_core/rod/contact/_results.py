@@ -26,12 +26,15 @@ from spiral_core.rod.contact._mesh import Arrays
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.state import STATUSES, RodEvent, RodState, RodStatus, SelfContact
 from spiral_core.rod.types import Array
+from spiral_core.validation import require_kind
 
 # Two places closer than this along the rod, in its radii, are one place, not two that touch.
 NEIGHBORS = math.pi
 # Largest force on an element, times h^2 over its stiffness against bending inside: at ten that is
 # lost, and on the way there an element bends by too much.
 MOST_TENSION = 7.0
+# How near a thin rod's places may be to count, as a fraction of what they may come nearer.
+LOOK = 0.05
 # Elements are parallel below this squared sine of the angle between them.
 PARALLEL = 1e-14
 
@@ -50,15 +53,14 @@ def state_from_point(point: Point, iterations: int, status: RodStatus | None = N
         status = RodStatus.INSIDE_OBSTACLE
     if status is RodStatus.CONVERGED and _pulled_too_hard(arrays, x.n):
         status = RodStatus.NOT_HELD
-    moments = solution.moments
     potential = float(np.sum(arrays.nodal[:, 3:] * x.p))
-    return RodState(
+    return RodState(  # of copies: others go on from the point
         status=status,
-        arc_lengths=arrays.arc_lengths,
-        positions=x.p,
-        orientations=x.q,
+        arc_lengths=arrays.arc_lengths.copy(),
+        positions=x.p.copy(),
+        orientations=x.q.copy(),
         forces=_nodal_forces(x.n - arrays.growing, arrays.elements.half_load),
-        moments=moments,
+        moments=solution.moments.copy(),
         strains=np.empty((0, 3)),
         contact_forces=contact_forces,
         normal_forces=normal_forces,
@@ -77,8 +79,7 @@ def state_from_point(point: Point, iterations: int, status: RodStatus | None = N
 
 def point_of_state(state: RodState) -> Point:
     """Return the point that a state stands for."""
-    if not isinstance(state, RodState):
-        raise InvalidInputError("start", state, "a RodState")
+    require_kind("start", state, RodState)
     if state.status is not RodStatus.CONVERGED:
         raise InvalidInputError("start", state.status, "a converged state")
     if state._point is None:
@@ -145,7 +146,7 @@ def self_clearance(positions: Array, arc_lengths: Array, radius: float) -> float
     """
     if not radius > 0.0 or arc_lengths[-1] <= NEIGHBORS * radius:
         return math.inf
-    return float(nearest_places(positions, arc_lengths, radius)[0]) - 2.0 * radius
+    return float(nearest_places(positions, arc_lengths, radius, 4.0 * radius)[0]) - 2.0 * radius
 
 
 @compiled
@@ -177,13 +178,13 @@ def nodes_apart(positions: Array, i: int, k: int) -> float:
 
 @compiled
 def nearest_places(
-    positions: Array, arc_lengths: Array, radius: float
+    positions: Array, arc_lengths: Array, radius: float, reach: float
 ) -> tuple[float, float, float]:
     """Return the least distance of two places of the axis, and their arc lengths [m].
 
     Between elements that lie farther apart along the rod, as it is stretched or compressed, than
-    neighbors; of nearer ones, between nodes that do. Distances from 4 radii on count as 4. So many
-    elements on as another one is too far away, none can be near.
+    neighbors; of nearer ones, between nodes that do. Distances from ``reach`` on count as that. So
+    many elements on as another one is too far away, none can be near.
     """
     count, apart = len(positions) - 1, NEIGHBORS * radius
     along, longest, middles = np.zeros(count + 1), 0.0, np.empty((count, 3))
@@ -192,7 +193,7 @@ def nearest_places(
         along[i + 1], longest = along[i] + step, max(longest, step)
         middle = scale(0.5, add(vector_at(positions, i), vector_at(positions, i + 1)))
         put_vector(middles[i], 0, middle)
-    least, place, other = 4.0 * radius, np.nan, np.nan
+    least, place, other = reach, np.nan, np.nan
     first = 0
     for i in range(count):
         while first < count and not along[first + 1] - along[i] > apart:
@@ -236,9 +237,10 @@ class PathLog:
         # Two places come nearer by at most this; before the end, axes passed each other if they
         # came nearer than a radius.
         nearer = 2.0 * math.sqrt(3.0) * float(np.abs(positions - before).max())
+        reach = max(4.0 * radius, LOOK * nearer)
         while at > 0.0:
             here = at * positions + (1.0 - at) * before
-            distance, first, second = nearest_places(here, arrays.arc_lengths, radius)
+            distance, first, second = nearest_places(here, arrays.arc_lengths, radius, reach)
             if distance <= touching:
                 self.self_contact = SelfContact(position, (float(first), float(second)))
                 return

@@ -14,6 +14,7 @@ from spiral_core.rod.types import ZERO, Rod, RodLoad, Vector
 from spiral_core.validation import (
     require_all,
     require_finite,
+    require_kind,
     require_unit_vector,
     require_vector,
 )
@@ -127,15 +128,10 @@ class RodProblem:
     point_loads: tuple[PointLoad, ...] = ()
 
     def __post_init__(self) -> None:
-        if not isinstance(self.rod, Rod):
-            raise InvalidInputError("rod", self.rod, "a Rod")
-        if not isinstance(self.load, RodLoad):
-            raise InvalidInputError("load", self.load, "a RodLoad")
+        require_kind("rod", self.rod, Rod)
+        require_kind("load", self.load, RodLoad)
         for name in ("base", "tip"):
-            if not isinstance(getattr(self, name), (Free, Pinned, Clamped, Guided)):
-                raise InvalidInputError(
-                    name, getattr(self, name), "Free(), Pinned(), Clamped() or Guided()"
-                )
+            require_kind(name, getattr(self, name), Free, Pinned, Clamped, Guided)
         require_all("obstacles", self.obstacles, (Obstacle,), "Obstacle values")
         for load in require_all("point_loads", self.point_loads, (PointLoad,), "PointLoad values"):
             if not 0.0 <= load.at <= self.rod.length:
