@@ -1,36 +1,58 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values that make no tube, actuator, gripper, design or motion are refused, by their field's name.
+"""What makes no sense is refused by its field's name: fields of values, arguments of calls."""
 
-What a rod and its obstacles refuse is in ``test_rod_input``.
-"""
+from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import fields, replace
 from functools import partial
+from typing import Any
 
+import numpy as np
 import pytest
 from core.actuator_cases import actuator, degrees
 from core.contact_cases import gripper
 from core.design_cases import LATEX, PAPER_EXAMPLE, angles
 from core.gripper_cases import PRESSURE_MAX, linear_gripper, paper_gripper
+from core.rod_cases import SIX
+from numpy.typing import NDArray
 
 from spiral_core import (
+    ApproachTask,
     CalibrationModel,
+    Capsule,
+    Clamped,
+    Cone,
+    Cylinder,
     Damping,
     Elastomer,
     ExtensionReading,
     FiberAngles,
+    Free,
     FreeActuation,
     Gent,
+    Guided,
     Inertia,
     InvalidInputError,
     MeasuredActuation,
     MooneyRivlin,
     NeoHookean,
     ObjectProfile,
+    Obstacle,
     Orifice,
+    Pinned,
+    Plane,
+    PointLoad,
     PressureCourse,
+    Profile,
+    Rod,
+    RodLoad,
+    RodProblem,
+    RodState,
     Section,
+    SignedDistance,
+    Sphere,
     Supply,
     SwingReading,
     Tube,
@@ -39,27 +61,109 @@ from spiral_core import (
     design_gripper,
     design_space,
     feasibility_map,
+    find_equilibria,
+    follow_rod,
     gripper_from_actuator,
+    lay_into_coil,
     settling_after_move,
     settling_after_ramp,
+    solve_motion,
+    solve_rod,
+    solve_rods,
     vibrations,
 )
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.actuator.curvature import unloaded_shape_from_stretch
 from spiral_core.actuator.fibers import fiber_state
 from spiral_core.actuator.uniform_law import pressure_from_stretch
+from spiral_core.grip.capture import close_misplaced
+from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_core.rod.motion.swing import Swing
+from spiral_core.rod.path import follow_path
+from spiral_core.wrap.coil import coil_from_state
 from spiral_core.wrap.helix import Helix
 from spiral_core.wrap.wrap import line_force
 
+Array = NDArray[np.float64]
 NAN, INF = math.nan, math.inf
 POSITIVE = (1.0, 0.0, -1.0, NAN, INF, True, "1")
-NATURAL = (0.0, -1.0, NAN, INF)
+NATURAL = (0.0, -1.0, NAN, INF, "x")
 FINITE = (1.0, NAN, INF)
 PRESSURE = (1e4, -1.0, -1e-300, NAN, INF, True, "55 kPa")
 DIMENSION = (5e-3, 0.0, NAN, 1.1e9, 1e300)
 HELICAL = replace(PAPER_EXAMPLE, elastomers=(Elastomer("section", LATEX.law, 950.0),))
+TASK = ApproachTask(paper_gripper("70 degrees"), 0.015, (0.0, 0.0, 1.0), (0.0, 0.0, -9.80665), 0.02)
+CURVE = WrapCurve(paper_gripper("P2"))
+HEAVY, LONG = paper_gripper("P1", (1e300, 0.0, 0.0)), linear_gripper(length=361.0)
 SHAPE = UnloadedShape(40.0, -15.0, 0.4)
+
+
+PLAIN = Section((2e-4, 3e-4, 3e-4))
+ROD = Rod(0.4, PLAIN, 3e-3)
+FREE = Rod(0.3, Section.inextensible(3e-4, 2e-4), rest_strain=(-5.0, 0.0, 10.0))
+LOAD = RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))
+CLEAR = Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.07), (0.0, 1.0, 0.0))
+PROBLEM = RodProblem(ROD, obstacles=(CLEAR,))
+STATE = solve_rod(FREE, LOAD, elements=10)
+NO_STARTS = (
+    *(np.eye(2), np.full((5, 3), NAN), "x"),
+    replace(STATE, orientations=STATE.orientations[:5]),
+    replace(STATE, orientations=STATE.orientations[:1], arc_lengths=np.zeros(1)),
+    replace(STATE, orientations=STATE.orientations * NAN),
+)
+NO_COUNTS = (1, True, 2.5, 20_001)
+TWISTED = tuple(replace(PROBLEM, tip=Guided(orientation=q)) for q in (None, (0.0, 0.0, 0.0, 1.0)))
+
+
+def six(above: float, below: float) -> Array:
+    """Return a 6x6 stiffness whose twist and stretch are coupled by fractions of their own."""
+    matrix = np.diag((1e-4, 1e-4, 1e-4, 1e2, 1e2, 1e2))
+    matrix[0, 3], matrix[3, 0] = 0.1 * above, 0.1 * below
+    return matrix
+
+
+def of_section(bending: Any = 6e-4, **given: Any) -> Rod:
+    """Return a rod some of whose stiffnesses are changed."""
+    varying = Section.varying(**{"bending": bending, "torsional": 5e-4} | given)
+    return replace(FREE, section=varying)
+
+
+def among(shape: Any, elements: int | None = None) -> object:
+    """Solve a rod next to an obstacle of a shape."""
+    problem = replace(PROBLEM, obstacles=(replace(CLEAR, shape=shape),))
+    return solve_contact(problem, elements=elements)
+
+
+def solved() -> RodState:
+    """Return a state to start from."""
+    return solve_contact(PROBLEM, elements=16)
+
+
+def moving(
+    problem: Callable[[float], object] = lambda _: PROBLEM, times: Any = (0.0, 0.01), **given: Any
+) -> object:
+    """Let a straight rod go."""
+    return solve_motion(problem, Inertia(0.03, 1e-7), times, elements=16, **given)
+
+
+def distances(function: Callable[[Array], tuple[Array, Array]]) -> object:
+    return among(SignedDistance(function, 0.03))
+
+
+THINGS = [
+    *(PLAIN, ROD, LOAD, Pinned(), Clamped(), Guided(orientation=(0.0, 0.0, 0.0, 1.0)), CLEAR),
+    *(PointLoad(0.1), RodProblem(ROD), Cylinder(0.1), Sphere(0.1), Cone(0.1, 0.1)),
+    *(Capsule(0.1, 0.1), SignedDistance(distances, 0.1)),
+]
+
+
+@pytest.mark.parametrize("thing", THINGS)
+def test_every_field_is_checked(thing: Any) -> None:
+    for field in {each.name for each in fields(thing)} - {"inside", "function"}:
+        for value in (NAN, "x", -1.0)[: 2 if field in ("slope", "at") else 3]:
+            with pytest.raises(InvalidInputError, match=field) as caught:
+                replace(thing, **{field: value})
+            assert caught.value.field == field
 
 
 def changed(value):
@@ -185,9 +289,189 @@ ARGUMENTS = [
         partial(line_force, Section.inextensible(3e-4, 2e-4), SHAPE),
         dict.fromkeys(("radius", "helix_angle", "outer_radius"), (1.0, NAN)),
     ),
+    (CURVE.wrap_for_radius, {"radius": (0.02, *POSITIVE[1:-1])}),
+    (CURVE.wrap_at_pressure, {"pressure": (5e4, 0.0, NAN, 1.001 * PRESSURE_MAX)}),
+    (CURVE.radius_from_pressure, {"pressure": (5e4, 0.999 * CURVE.pressure_min, NAN)}),
+    (CURVE.state_at_pressure, {"pressure": (0.0, -1.0, 1.001 * PRESSURE_MAX)}),
     (
-        WrapCurve(paper_gripper("P2")).wrap_for_radius,
-        {"radius": (0.02, *POSITIVE[1:-1])},
+        Section,
+        {
+            "stiffness": (
+                six(0.5, 0.5),
+                ((1, 1, 0), (0, 1, 0), (0, 0, 1)),
+                ((1, 2, 0), (2, 1, 0), (0, 0, 1)),
+                *(np.eye(2), (0.0, 1.0, 1.0), (1.0, 1.0), six(0.1, 0.2), six(1.1, 1.1)),
+            ),
+            "extension": (..., 1.0),
+            "shear": (..., 1.0),
+        },
+    ),
+    (partial(Section, (1.0, 1.0, 1.0)), {"extension": (..., 0.0)}),
+    (
+        Section.inextensible,
+        {
+            "bending": (4e-4, 0.0),
+            "torsional": (9e-4, NAN),
+            "sideways": (..., 0.0),
+            "coupling": (..., 6e-4, -6e-4),
+        },
+    ),
+    (
+        lambda **given: solve_rod(of_section(**given), LOAD),
+        {
+            "bending": (..., -1.0, lambda s: NAN * s, lambda s: s[:, None] + 1.0),
+            "torsional": (..., -1.0, lambda s: NAN * s),
+            "sideways": (..., 0.0),
+            "coupling": (..., NAN, lambda s: s[:2]),
+        },
+    ),
+    (
+        lambda **given: solve_rod(replace(FREE, **given), LOAD),
+        {
+            "section": (
+                PLAIN,
+                lambda _: PLAIN,
+                of_section(torsional=lambda s: s - 0.2).section,
+                of_section(coupling=lambda s: 6e-4 + 0.0 * s).section,
+            ),
+            "rest_strain": (..., lambda s: np.ones(len(s))),
+        },
+    ),
+    (
+        partial(Section.round, 1e-3),
+        {"young": (1e6, 0.0), "shear_modulus": (4e5, 0.0), "bore": (..., 1e-3, -1e-4)},
+    ),
+    (
+        changed(ROD),
+        {
+            "length": (..., 0.0),
+            "friction_radius": (..., 4e-3),
+            "breaks": (..., (0.3, 0.2), (0.4,), (0.0,), (0.2, 0.2), ("a",), (NAN,)),
+        },
+    ),
+    (
+        partial(RodProblem, ROD),
+        {"obstacles": (..., (Plane(),), CLEAR), "point_loads": (..., (0.1,))},
+    ),
+    (lambda at: RodProblem(ROD, point_loads=(PointLoad(at),)), {"at": (0.4, 0.5)}),
+    (
+        Profile,
+        # One number; not increasing; too few; and a spline that passes through the axis.
+        {
+            "heights": ((0.0, 0.01, 0.02, 0.03), 0.1, (0.0, 0.0, 0.02, 0.03)),
+            "radii": ((0.1, 0.1, 0.1, 0.1), (1.0,), (0.1, 1e-3, 1e-3, 0.1)),
+        },
+    ),
+    (partial(Obstacle.along, Plane(), (0, 0, 0)), {"axis": ((0, 0, 1), (0, 0, 0))}),
+    (CLEAR.moved, {"translation": (..., (NAN, 0, 0)), "rotation": (..., (0.0, 0.0))}),
+    # Too few elements to see the obstacle.
+    (partial(among, Cylinder(1e-3)), {"elements": (800, 12, 12.0)}),
+    (
+        distances,
+        {
+            "function": (
+                lambda p: (p[:, 2] + 1.0, 0.0 * p + (0.0, 0.0, 1.0)),
+                lambda p: (p, p),
+                lambda p: (p[:, 2] + 1.0, 0.0 * p + (0.0, 0.0, 3.0)),
+            )
+        },
+    ),
+    (
+        solve_rod,
+        {
+            "rod": (FREE, "rod", RodProblem(FREE)),
+            "load": (LOAD, 3.0),
+            "element": (..., "mixed"),
+            "elements": (..., *NO_COUNTS),
+            "start": (..., *NO_STARTS),
+        },
+    ),
+    (
+        lambda distributed: solve_rod(FREE, RodLoad(distributed)),
+        {"distributed": ((0.0, 0.0, 1.0), np.zeros_like)},
+    ),
+    # Each element would turn too far.
+    (partial(solve_rod, replace(FREE, length=1.0), LOAD), {"elements": (8, 5)}),
+    (
+        follow_path,
+        {
+            "rods": ((FREE, FREE), (), FREE, [FREE, replace(FREE, breaks=(0.1,))]),
+            "loads": (LOAD, [LOAD], [LOAD] * 3, 3.0),
+        },
+    ),
+    (
+        partial(follow_rod, [RodProblem(FREE, LOAD)] * 2, stop_at_event=True),
+        {"start": (None, STATE, STATE.positions)},
+    ),
+    (
+        partial(find_equilibria, FREE, LOAD),
+        {"starts": (2, 0, True, 2.5), "seed": (..., -1)},
+    ),
+    (
+        lambda radius: find_equilibria(replace(FREE, radius=radius), LOAD, starts=1),
+        {"radius": (0.0, 1e-3)},
+    ),
+    (
+        partial(solve_rods, bending=1.0, torsional=1.0, distributed=((1, 0, 0),) * 3),
+        {
+            "lengths": (0.3, -1.0, NAN, (0.3, 0.4)),
+            "rest_strains": ((0, 0, 1), (0, 1)),
+            "elements": (20, 1, True, 20_001),
+        },
+    ),
+    (
+        follow_contact,
+        {
+            "problems": (
+                *([PROBLEM], [], PROBLEM, TWISTED),
+                [PROBLEM, replace(PROBLEM, obstacles=(Obstacle(Plane(), (0, 0, -1)),))],
+                [PROBLEM, replace(PROBLEM, tip=Pinned((0.3, 0, 0)))],
+                [PROBLEM, replace(PROBLEM, rod=replace(ROD, radius=0.5))],
+            ),
+            "largest_increment": (..., 0.0, NAN),
+            "smallest_increment": (..., 0.0, 2.0),
+        },
+    ),
+    (
+        lambda **given: follow_contact(start=solved(), **given),
+        {
+            "problems": (
+                [PROBLEM],
+                [replace(PROBLEM, obstacles=())],
+                [replace(PROBLEM, point_loads=(PointLoad(0.123),))],
+            ),
+            "elements": (16, 13),
+        },
+    ),
+    (lambda index: solved().on_obstacle(index), {"index": (0, 1)}),
+    (
+        moving,
+        {
+            "times": (..., (), (0.0, 0.0), (0.0, NAN)),
+            "tolerance": (..., 0.0),
+            "longest_step": (..., INF),
+            "problem": (
+                ...,
+                lambda _: None,
+                lambda time: RodProblem(ROD, base=Free() if time else Clamped()),
+            ),
+        },
+    ),
+    (
+        changed(TASK),
+        {
+            "radius": (..., 0.0, None),
+            "payload": (..., -1.0),
+            "tilt_max": (..., 4.0, 0.0, NAN),
+        },
+    ),
+    (
+        lambda **given: close_misplaced(lay_into_coil(TASK.gripper, 0.020), **given),
+        {
+            "pressure": (58.98e3, 0.0, 1e6, NAN),
+            "misplacement": ((0.0,) * 5, (0.0,) * 4, (NAN, 0.0, 0.0, 0.0, 0.0)),
+            "payload": (0.010, 0.0),
+        },
     ),
     (Inertia, {"mass": POSITIVE, "rotary": POSITIVE}),
     (partial(Inertia.round, 1100.0, 1e-3), {"bore": (0.0, 1e-3)}),
@@ -233,12 +517,53 @@ COIL, STEEP = Helix(20.0, 10.0), {"fiber_angles_beta": angles(20.0)}
         ("alpha, beta", FiberAngles, {"alpha": 1.0, "beta": 1.0 + 9e-5}),
         ("alpha, beta", FiberAngles, {"alpha": math.pi / 2, "beta": -math.pi / 2}),
         (r"c1 \+ c2", MooneyRivlin, {"c1": 1.0, "c2": -1.0}),
+        *(
+            (f"norm of {field}", changed(TASK), {field: (0.0, 0.0, 0.0)})
+            for field in ("object_axis", "gravity")
+        ),
+        *(
+            (".*axis", partial(coil_from_state, STATE), {"axis": axis})
+            for axis in ((NAN, 0.0, 1.0), (0.0, 0.0, 0.0), (2.0, 0.0, 0.0))
+        ),
+        *(
+            (
+                ".*at most 100 times as stiff",
+                changed(linear_gripper()),
+                {"stiffness": Section.inextensible(1e-4, 1e-4, **given)},
+            )
+            for given in ({"sideways": 1.1e-2}, {"coupling": 0.99e-4})
+        ),
+        (
+            "section.*couple bending with stretch",
+            moving,
+            {"problem": lambda _: RodProblem(Rod(0.4, SIX))},
+        ),
+        (
+            "section.*couple bending with",
+            moving,
+            {"problem": lambda time: RodProblem(Rod(0.4, SIX) if time else ROD)},
+        ),
         ("radii", ObjectProfile, {"positions": [0.0], "radii": [0.01]}),
         ("turns", COIL.length_for_turns, {"turns": -1.0}),
         ("length", COIL.turns, {"length": -0.1}),
         ("outer_radius", COIL.object_radius, {"outer_radius": 0.0}),
         ("rate", PressureCourse.ramp, {"rate": 0.0, "pressure": 1e4, "wait": 1.0}),
         ("payload", changed(PAPER_EXAMPLE), {"payload": 0.1, "gravity": (0.0, 0.0, 0.0)}),
+        ("elements must be at most 20000", WrapCurve, {"gripper": HEAVY}),
+        # Millimeters taken for meters.
+        (r"length must be at most [\d.]+ m, so that no", WrapCurve, {"gripper": LONG}),
+        # In what units?
+        *(
+            ("elements", partial(solve_rod, rod), {})
+            for rod in (
+                replace(FREE, length=300000.0),
+                RodProblem(replace(FREE, section=Section.inextensible(1e-300, 1e-300)), LOAD),
+                RodProblem(FREE, RodLoad((1e300, 0.0, 0.0))),
+                RodProblem(
+                    replace(ROD, radius=0.0), obstacles=(Obstacle(Sphere(1e-9), (0, 0, 1)),)
+                ),
+            )
+        ),
         ("beta", changed(PAPER_EXAMPLE), {"fiber_angles_beta": (2.0,)}),
         (".*cross", changed(PAPER_EXAMPLE), {"fiber_angles_beta": angles(88.0)}),
         (
@@ -273,3 +598,23 @@ def test_what_does_not_extend_weighs_nothing_or_fills_backwards_is_refused():
         vibrations(replace(gripper(), weight_per_length=0.0), 0.0)
     with pytest.raises(InvalidInputError, match="volume"):
         Supply(Orifice(1e-9), 1.0).time_to_fill(lambda _: -1.0, 0.0, 1.0)
+
+
+def jumping(s: Array) -> Array:
+    """Return what jumps, by little, where no break says so."""
+    return 1.0 + 1e-3 * (s > 0.1234)
+
+
+JUMPS = {
+    "section": of_section(coupling=lambda s: 1e-5 * jumping(s)),
+    "rest_strain": replace(FREE, rest_strain=lambda s: jumping(s)[:, None] * (-5.0, 0.0, 10.0)),
+}
+
+
+@pytest.mark.parametrize("field", JUMPS)
+def test_a_jump_that_no_break_declares_is_refused(field: str) -> None:
+    for ask in (solve_rod, find_equilibria, lambda rod, load: follow_path([rod], load)):
+        with pytest.raises(InvalidInputError, match=r"breaks.*a jump at 0\.1234 m") as caught:
+            ask(JUMPS[field], LOAD)
+        assert caught.value.field == field
+    assert solve_rod(replace(JUMPS[field], breaks=(0.1234,)), LOAD).stable
