@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache
 from multiprocessing import get_context
 
 import numpy as np
@@ -15,7 +12,6 @@ import pytest
 
 from spiral_core import (
     Closing,
-    GripSetup,
     grip_cases,
     lay_into_coil,
     solve_cases,
@@ -67,52 +63,18 @@ def test_an_interrupted_study_goes_on(monkeypatch: pytest.MonkeyPatch, parallel:
     assert len(before) == 1
 
 
-@contextmanager
-def here() -> Iterator[None]:
-    yield None
+HELD_AND_REFUSED = list(grip_cases([PLAIN], [0.025, 0.06], [0.3], closing=SMOOTH))
 
 
-@contextmanager
-def processes() -> Iterator[Executor]:
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
-        yield executor
+@pytest.mark.slow
+def test_a_study_gives_the_same_in_another_process() -> None:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        assert solve_cases(HELD_AND_REFUSED, pool) == solve_cases(HELD_AND_REFUSED)
 
 
-@contextmanager
-def dask_cluster() -> Iterator[Executor]:
-    from distributed import Client, LocalCluster
-
-    with (
-        LocalCluster(n_workers=1, processes=False, dashboard_address=":0") as cluster,
-        Client(cluster) as client,
-    ):
-        yield client.get_executor()
-
-
-@cache
-def held_and_refused() -> tuple[GripOutcome, ...]:
-    return solve_cases(grip_cases([PLAIN], [0.025, 0.06], [0.3], closing=SMOOTH))
-
-
-# Dask's own teardown leaves closing connections to the garbage collector.
-@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::DeprecationWarning")
-@pytest.mark.parametrize(
-    "executor",
-    [
-        here,
-        pytest.param(processes, marks=pytest.mark.slow),
-        pytest.param(dask_cluster, marks=pytest.mark.slow),
-    ],
-)
-def test_a_study_gives_the_same_on_any_executor(
-    executor: Callable[[], AbstractContextManager[Executor | None]],
-) -> None:
-    """A case keeps its window and forces, a refusal its reason."""
+def test_a_case_keeps_its_window_and_forces_and_a_refusal_its_reason() -> None:
     kept: dict[int, GripOutcome] = {}
-    cases = grip_cases([PLAIN], [0.025, 0.06], [0.3], closing=SMOOTH)
-    with executor() as pool:
-        outcomes = solve_cases(cases, pool, keep=kept.__setitem__)
-    assert outcomes == held_and_refused()
+    outcomes = solve_cases(HELD_AND_REFUSED, keep=kept.__setitem__)
     assert kept == dict(enumerate(outcomes))
     held, refused = outcomes
     assert held.refusal == ""
@@ -122,20 +84,16 @@ def test_a_study_gives_the_same_on_any_executor(
     assert refused.away is None
 
 
-@cache
-def setup() -> GripSetup:
-    return lay_into_coil(PLAIN, 0.025, closing=SMOOTH, elements=40)
-
-
 def test_an_object_moves_by_its_shift_and_tilt() -> None:
     """Along the object, from the base square to it, and across both."""
-    frame, shift, tilt = setup().frame, (0.002, 0.004, -0.003), (0.05, -0.02)
-    place, axis = setup().obstacle.position, setup().axis
+    setup = lay_into_coil(PLAIN, 0.025, closing=SMOOTH, elements=40)
+    frame, shift, tilt = setup.frame, (0.002, 0.004, -0.003), (0.05, -0.02)
+    place, axis = setup.obstacle.position, setup.axis
     across = np.cross(axis, frame[1])
     np.testing.assert_allclose(frame, (axis, frame[1], across), atol=1e-12)
     assert np.linalg.norm(across) == pytest.approx(1.0)
     assert place @ frame[1] > 0.0 == pytest.approx(place @ across)
-    there = moved(setup(), np.array((*shift, *tilt)))
+    there = moved(setup, np.array((*shift, *tilt)))
     step = np.subtract(there.obstacle.position, place)
     np.testing.assert_allclose(frame @ step, shift, atol=1e-12)
     # Turned a little about the second and the third of these directions.
