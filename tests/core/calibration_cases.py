@@ -1,31 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actuators and synthetic bench tests that the calibration tests share."""
 
-import math
 from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
+from core import actuator_cases
 
 from spiral_core import (
-    Actuator,
     BendReading,
     CalibrationModel,
     ExtensionReading,
-    FiberAngles,
     FreeActuation,
     Gent,
     InvalidInputError,
     MooneyRivlin,
     NeoHookean,
     PressureLaw,
-    Tube,
     TwistReading,
     Yeoh,
     calibrate,
 )
 
-TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.361)
+TUBE = replace(actuator_cases.PAPER_TUBE, length=0.361)
 LAWS = (
     NeoHookean(c1=130.0e3),
     MooneyRivlin(c1=90.0e3, c2=40.0e3),
@@ -38,9 +35,7 @@ PRESSURES = tuple(np.linspace(8.0e3, 96.0e3, 12).tolist())
 
 def actuator(material, alpha=75.0, beta=-75.0, **choices):
     """Return an actuator; angles in degrees, by default a pair that tells C1 and C2 apart."""
-    fibers = FiberAngles(alpha=math.radians(alpha), beta=math.radians(beta))
-    choices = {"pressure_law": PressureLaw.UNIFORM} | choices
-    return Actuator(tube=TUBE, fibers=fibers, material=material, **choices)
+    return actuator_cases.actuator(alpha, beta, material, tube=TUBE, **choices)
 
 
 def spiral(material):

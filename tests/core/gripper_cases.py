@@ -3,16 +3,13 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
+
+from core.actuator_cases import PAPER_TUBE, actuator
 
 from spiral_core import (
-    Actuator,
-    FiberAngles,
     Gripper,
-    MooneyRivlin,
-    PressureLaw,
     Section,
-    Tube,
     gripper_from_actuator,
 )
 from spiral_core.actuator.actuator import UnloadedShape
@@ -29,15 +26,9 @@ def paper_gripper(
 ) -> Gripper:
     """Return one of the paper's grippers in some mount."""
     beta, length = DESIGNS[name]
-    actuator = Actuator(
-        tube=Tube(4.7625e-3, 0.79375e-3, length),
-        fibers=FiberAngles(math.radians(88.0), math.radians(beta)),
-        material=MooneyRivlin(130.0e3, 15.0e3),
-        pressure_law=PressureLaw.UNIFORM,
-    )
     return gripper_from_actuator(
         name,
-        actuator,
+        actuator(beta=beta, tube=replace(PAPER_TUBE, length=length)),
         density=930.0,
         pressure_max=PRESSURE_MAX,
         gravity=gravity,
@@ -71,7 +62,7 @@ def linear_gripper(
     """Return a gripper whose helix is known in closed form."""
     return Gripper(
         name="linear",
-        tube=Tube(4.7625e-3, 0.79375e-3, length),
+        tube=replace(PAPER_TUBE, length=length),
         actuation=LinearActuation(curvature, torsion, length),
         stiffness=Section.inextensible(3.0e-4, 2.0e-4),
         weight_per_length=weight,

@@ -6,15 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from core.actuator_cases import PAPER_TUBE, actuator
 from core.gripper_cases import paper_gripper
 
 from spiral_core import (
-    Actuator,
-    FiberAngles,
     InvalidInputError,
-    MooneyRivlin,
     NotGrippableError,
-    Tube,
+    PressureLaw,
     WrapCurve,
     design_space,
     grip_window,
@@ -25,8 +23,7 @@ from spiral_core import (
 from spiral_core.design import charts
 from spiral_core.design.charts import helix_range
 
-TUBE = Tube(4.7625e-3, 0.79375e-3, 0.361)
-HOOP = Actuator(TUBE, FiberAngles(math.pi / 2, math.radians(60.0)), MooneyRivlin(130e3, 15e3))
+HOOP = actuator(90.0, 60.0, pressure_law=PressureLaw.SECTION)
 
 
 def test_design_space_of_hoop_windings_in_closed_form():
@@ -37,7 +34,7 @@ def test_design_space_of_hoop_windings_in_closed_form():
     bend = curve.stretch - 1.0
     twist = np.sqrt(1.0 / math.cos(beta) ** 2 - curve.stretch**2) - math.tan(beta)
     square = bend**2 + twist**2
-    ratio = bend / square - TUBE.outer_radius / TUBE.inner_radius
+    ratio = bend / square - PAPER_TUBE.outer_radius / PAPER_TUBE.inner_radius
     winding = 1.5 * 2.0 * np.pi / square
     assert curve.radius_ratio == pytest.approx(ratio, rel=1e-9, abs=1e-9)
     assert curve.object_length_ratio == pytest.approx(winding * np.abs(twist), rel=1e-9)

@@ -69,8 +69,11 @@ def hairpin() -> RodProblem:
 
 CURVES = [
     # Elements of 0.8 to 4 radii.
-    *((wavering(*one), 40) for one in enumerate((0.3, 2.0, *np.linspace(3.0, 4.5, 8)))),
-    *((wavering(*one), 121) for one in enumerate((0.3, 2.0, *np.linspace(3.0, 4.5, 8)))),
+    *(
+        (wavering(seed, turns), elements)
+        for elements in (40, 121)
+        for seed, turns in enumerate((0.3, 2.0, *np.linspace(3.0, 4.5, 8)))
+    ),
     # Neighbors do not touch: straight, and in an arc of at least two radii.
     *((bent(11 * h * RADIUS, (0.0, 0.0, 0.0)), 11) for h in (0.05, 0.5, 1.0, 1.6, 2.5, 5.0, 40.0)),
     *((bent(11 * h * RADIUS, (0.0, 0.0, 20.0 / h)), 11) for h in (0.4, 1.0, 1.6, 2.5, 5.0, 40.0)),

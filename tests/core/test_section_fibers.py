@@ -35,10 +35,16 @@ def test_a_helical_fiber_coils_at_rest_as_it_is_wound():
     assert shape.torsion == pytest.approx(math.tan(math.radians(20.0)) / PAPER_TUBE.inner_radius)
 
 
-def test_the_end_of_a_steep_fibers_path_is_found_in_few_states(monkeypatch):
-    """Where the section stops closing each state is dear: it is found in some ten rounds."""
+@pytest.fixture
+def rounds(monkeypatch):
+    """The calls that solve states, counted."""
     rounds = []
     monkeypatch.setattr(section_module, "closures", lambda *of: rounds.append(of) or closures(*of))
+    return rounds
+
+
+def test_the_end_of_a_steep_fibers_path_is_found_in_few_states(rounds):
+    """Where the section stops closing each state is dear: it is found in some ten rounds."""
     fibers = section(88.0, 60.0, gamma=-60.0).fiber_set
     found = section_path.__wrapped__(fibers)
     assert 0 < len(rounds) < 30
@@ -46,9 +52,7 @@ def test_the_end_of_a_steep_fibers_path_is_found_in_few_states(monkeypatch):
     assert closures(fibers, up_to_end)[1].all()
 
 
-def test_the_limit_of_an_elastomer_is_found_in_few_states(monkeypatch):
-    rounds = []
-    monkeypatch.setattr(section_module, "closures", lambda *of: rounds.append(of) or closures(*of))
+def test_the_limit_of_an_elastomer_is_found_in_few_states(rounds):
     brittle = FreeActuation(section(88.0, 60.0, Gent(shear_modulus=290.0e3, extension_limit=3.0)))
     assert brittle.limit.name == "MATERIAL_LIMIT"
     assert 0 < len(rounds) < 20
