@@ -5,10 +5,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from core.rod_cases import stiffness_at
 from scipy.spatial.transform import Rotation
 
 from spiral_core import (
-    Clamped,
     Cylinder,
     Obstacle,
     Rod,
@@ -40,18 +40,20 @@ NEAR = {"gap": 1e-4, "force": 1e-2, "stick": 0.1, "slip": 1e3}
 
 
 @dataclass(frozen=True, eq=False)
-class AnySize:
-    """A cylinder or ball that passes for one of another radius, so that a state may go on to it."""
+class Raised:
+    """A shape whose surface is moved outward; it passes for the shape: a state may go on to it."""
 
     shape: object
+    by: float
 
     def __eq__(self, other):
-        return isinstance(other, AnySize)
+        return True
 
     __hash__ = None
 
     def distance(self, points):
-        return self.shape.distance(points)
+        distance, *slopes = self.shape.distance(points)
+        return distance - self.by, *slopes
 
     @property
     def feature_radius(self):
@@ -81,11 +83,10 @@ class Case:
         return replace(self, problem=problem)
 
 
-def shifted(vector, component, size):
-    """Return a vector with one component changed."""
-    values = list(vector)
-    values[component] += size
-    return tuple(values)
+def plus(given, component, size):
+    """Return a vector, or a profile of vectors, with one component changed."""
+    step = size * np.eye(3)[component]
+    return (lambda s: given(s) + step) if callable(given) else tuple(np.add(given, step).tolist())
 
 
 def stretched(profile, ratio):
@@ -93,59 +94,47 @@ def stretched(profile, ratio):
     return (lambda s: profile(s / ratio)) if callable(profile) else profile
 
 
-def changed(problem, name, component, size):
-    """Return a problem with one component of a parameter changed."""
-    rod, load, obstacles = problem.rod, problem.load, list(problem.obstacles)
-    count = len(obstacles)
-    if name in ("distributed", "tip_force", "tip_moment"):
-        profile = getattr(load, name)
-        if callable(profile):
-            value = lambda s: profile(s) + size * np.eye(3)[component]  # noqa: E731
-        else:
-            value = shifted(profile, component, size)
-        return replace(problem, load=replace(load, **{name: value}))
+def changed_rod(rod, name, component, size):
+    """Return a rod with one component of a parameter changed."""
     if name == "rest_strain":
-        profile = rod.rest_strain
-        if callable(profile):
-            value = lambda s: profile(s) + size * np.eye(3)[component]  # noqa: E731
-        else:
-            value = shifted(profile, component, size)
-        return replace(problem, rod=replace(rod, rest_strain=value))
-    if name == "stiffness":
-        if callable(rod.section):
-            section = lambda s: rod.section(s) * shifted((1.0, 1.0, 1.0), component, size)  # noqa: E731
-        else:
-            rows = np.array(rod.section.stiffness)
-            root = np.ones(6)
-            root[component] = math.sqrt(1.0 + size)
-            full = np.diag(rows) if rows.ndim == 1 else rows
-            root = root[: len(full)]
-            scaled = (root[:, None] * full * root).tolist()
-            section = Section(scaled)
-        return replace(problem, rod=replace(rod, section=section))
+        return replace(rod, rest_strain=plus(rod.rest_strain, component, size))
     if name == "length":
         ratio = 1.0 + size
         profiles = {key: stretched(getattr(rod, key), ratio) for key in ("section", "rest_strain")}
         breaks = tuple(ratio * place for place in rod.breaks)
-        rod = replace(rod, length=rod.length * ratio, breaks=breaks, **profiles)
-        return replace(problem, rod=rod)
-    base = problem.base
+        return replace(rod, length=rod.length * ratio, breaks=breaks, **profiles)
+    root = np.ones(len(stiffness_at(rod.section, np.zeros(1))[0]))
+    root[component] = math.sqrt(1.0 + size)
+
+    def scaled(sites):
+        return root[:, None] * stiffness_at(rod.section, sites) * root
+
+    section = scaled if callable(rod.section) else Section(scaled(np.zeros(1))[0])
+    return replace(rod, section=section)
+
+
+def changed(problem, name, component, size):
+    """Return a problem with one component of a parameter changed."""
+    load, base, obstacles = problem.load, problem.base, list(problem.obstacles)
+    if hasattr(load, name):
+        value = plus(getattr(load, name), component, size)
+        return replace(problem, load=replace(load, **{name: value}))
+    if name in ("rest_strain", "length", "stiffness"):
+        return replace(problem, rod=changed_rod(problem.rod, name, component, size))
     if name == "base_position":
-        position = shifted(base.position, component, size)
-        return replace(problem, base=replace(base, position=position))
+        return replace(problem, base=replace(base, position=plus(base.position, component, size)))
     if name == "base_rotation":
         turn = Rotation.from_rotvec(size * np.eye(3)[component])
         turned = turn * Rotation.from_quat(base.orientation)
         return replace(problem, base=replace(base, orientation=tuple(turned.as_quat())))
-    which = component // 3 if name == "obstacle_position" else component % count
+    which, component = divmod(component, 3) if name == "obstacle_position" else (component, 0)
     one = obstacles[which]
     if name == "obstacle_position":
-        one = replace(one, position=shifted(one.position, component % 3, size))
+        one = replace(one, position=plus(one.position, component, size))
     elif name == "friction":
         one = replace(one, friction=one.friction + size)
     else:
-        shape = one.shape.shape
-        one = replace(one, shape=AnySize(replace(shape, radius=shape.radius + size)))
+        one = replace(one, shape=Raised(one.shape, size))
     obstacles[which] = one
     return replace(problem, obstacles=tuple(obstacles))
 
@@ -165,13 +154,6 @@ def figures(state, base, force):
     )
 
 
-def same_set(first, second):
-    """Return whether the same nodes touch, and stick."""
-    return np.array_equal(first.touching, second.touching) and np.array_equal(
-        first.sticking, second.sticking
-    )
-
-
 def way_error(case, found, state, way):
     """Return the error of the derivative along a way, against the step that agrees best.
 
@@ -180,9 +162,8 @@ def way_error(case, found, state, way):
     force = max(FORCE, float(np.abs(state.forces).max()))
     scales = (LENGTH, 1.0, np.repeat((force, force * LENGTH), 3), force)
     arrays = (found.positions, found.rotations, found.base_reaction, found.contact_forces)
-    weights = {found.columns[name].start + k: UNITS[name] * weight for name, k, weight in way}
     parts = [
-        sum(weight * array[k] for k, weight in weights.items()) / scale
+        sum(array[found.columns[name].start + k] * UNITS[name] * w for name, k, w in way) / scale
         for array, scale in zip(arrays, scales, strict=True)
     ]
     best = None
@@ -193,7 +174,8 @@ def way_error(case, found, state, way):
                 other = case.moved(way, times * step).solved(case.start)
             except SolverError:
                 break
-            if not same_set(other, state):
+            alike = (other.touching == state.touching) & (other.sticking == state.sticking)
+            if not alike.all():
                 break
             ways.append(figures(other, state, force))
         if len(ways) < 4:
@@ -271,25 +253,17 @@ def contact_case(seed):
     weight = np.array((0.02, 0.01, -0.3)) if seed % 4 else np.array((0.0, 0.0, -0.3))
     friction = (0.0, 0.3, 0.6)[seed % 3]
     tilt = 0.2 * generator.normal(size=2)
-    shapes = (Cylinder(0.02), Sphere(0.025))
-    obstacle = Obstacle.along(
-        AnySize(shapes[seed % 2]), (0.15, 0.0, -0.033), (tilt[0], 1.0, tilt[1]), friction
-    )
-    obstacles = (obstacle,)
+    shape, axis = (Cylinder(0.02), Sphere(0.025))[seed % 2], (tilt[0], 1.0, tilt[1])
+    obstacles = (Obstacle.along(shape, (0.15, 0.0, -0.033), axis, friction),)
     if seed % 2:
-        far = Obstacle.along(AnySize(Cylinder(0.015)), (0.3, 0.0, -0.06), (0.0, 1.0, 0.1), friction)
+        far = Obstacle.along(Cylinder(0.015), (0.3, 0.0, -0.06), (0.0, 1.0, 0.1), friction)
         obstacles += (far,)
     rod = Rod(LENGTH, section, radius=3e-3, rest_strain=tuple(rest))
-    problem = RodProblem(rod, RodLoad(tuple(weight)), Clamped(), obstacles=obstacles)
-    case = Case(problem, 36)
+    case = Case(RodProblem(rod, RodLoad(tuple(weight)), obstacles=obstacles), 36)
     if not friction:
         return case
-    first = case.solved()
-    if seed % 4 < 2:
-        moved = case.moved([("tip_force", 1, 1e-3)], 1.0)
-    else:
-        moved = case.moved([("base_position", 0, 6e-3)], 1.0)
-    return replace(moved, start=first)
+    way = ("tip_force", 1, 1e-3) if seed % 4 < 2 else ("base_position", 0, 6e-3)
+    return replace(case.moved([way], 1.0), start=case.solved())
 
 
 def components_of(case, found, state):
@@ -300,8 +274,7 @@ def components_of(case, found, state):
             continue  # its base stays where it is: see the test of a moved base
         count = part.stop - part.start
         if name == "stiffness":
-            section = case.problem.rod.section
-            count = 3 if callable(section) else len(section.stiffness)
+            count = len(stiffness_at(case.problem.rod.section, np.zeros(1))[0])
         pairs += [(name, component) for component in range(count)]
     return pairs
 

@@ -100,14 +100,9 @@ def test_rubber_that_ends_first_names_the_actuator():
 
 
 def test_margins_know_both_directions():
-    upper, lower, just_so = (
-        Margin(constraint, 120.0, bound)
-        for constraint, bound in (
-            (Constraint.PRESSURE, 100.0),
-            (Constraint.TURN_CLEARANCE, 100.0),
-            (Constraint.TURNS, 120.0),
-        )
-    )
+    upper = Margin(Constraint.PRESSURE, 120.0, 100.0)
+    lower = Margin(Constraint.TURN_CLEARANCE, 120.0, 100.0)
+    just_so = Margin(Constraint.TURNS, 120.0, 120.0)
     assert (upper.is_met, lower.is_met, lower.room) == (False, True, 20.0)
     assert tightest((upper, lower, just_so)) is upper
     assert tightest((just_so, lower)) is lower

@@ -79,23 +79,6 @@ def test_an_object_that_the_tip_passes_by_is_given_up() -> None:
     assert 1.6 * tip <= window.top < 1.75 * tip < window.setup.gripper.pressure_max
 
 
-def windows_that_hold(
-    monkeypatch: pytest.MonkeyPatch, ranges: list[tuple[float, float]]
-) -> list[float]:
-    """Let grips on radii within the ranges be wrapped; return the list of those that are tried."""
-    tried: list[float] = []
-
-    def window(setup: GripSetup, **_: object) -> SimpleNamespace:
-        radius = setup.obstacle.shape.feature_radius
-        tried.append(radius)
-        if not any(low <= radius <= high for low, high in ranges):
-            raise NotGrippableError(radius, "nothing is", -1.0, None)
-        return SimpleNamespace(onset_wrap=5e4)
-
-    monkeypatch.setattr(places, "grip_window", window)
-    return tried
-
-
 @pytest.mark.parametrize(
     "ranges",
     [
@@ -114,7 +97,17 @@ def test_the_radii_that_are_held_end_where_contact_ends(
     None is tried that a closed coil has no hole for.
     """
     gripper = replace(load_gripper("paper_design_70"), pressure_max=200e3)
-    tried = windows_that_hold(monkeypatch, ranges)
+    tried: list[float] = []
+
+    def window(setup: GripSetup, **_: object) -> SimpleNamespace:
+        """Let grips on radii within the ranges be wrapped."""
+        radius = setup.obstacle.shape.feature_radius
+        tried.append(radius)
+        if not any(low <= radius <= high for low, high in ranges):
+            raise NotGrippableError(radius, "nothing is", -1.0, None)
+        return SimpleNamespace(onset_wrap=5e4)
+
+    monkeypatch.setattr(places, "grip_window", window)
     found = held_radii(gripper)
     least, most = min(tried), max(tried)
     assert least == 0.1 * gripper.tube.outer_radius > 10.0 * WrapCurve(gripper).radius_min

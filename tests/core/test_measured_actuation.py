@@ -25,12 +25,7 @@ from spiral_core.errors import ActuationLimit
 PRESSURES, CURVATURES = (0.0, 2e4, 4e4, 6e4), (0.0, 8.0, 8.0, 30.0)
 TORSIONS = (0.0, -4.0, -9.0, -14.0)
 ACTUATION = MeasuredActuation(PRESSURES, CURVATURES, TORSIONS, 0.36)
-LONG = MeasuredActuation(tuple(range(50)), (0.0,) * 50, (0.0,) * 50, 0.36)
 LAWFUL = FreeActuation(spiral(LAWS[0]))
-
-
-def test_a_long_curve_is_shown_by_its_length():
-    assert "pressures=<50 of float>" in repr(LONG)
 
 
 @given(st.floats(0.0, 6.0e4), st.floats(0.0, 6.0e4))
