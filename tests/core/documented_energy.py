@@ -11,8 +11,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from core.rod_cases import Case, stiffness_at, vectors_at
+from core.rod_cases import stiffness_at, vectors_at
 from numpy.typing import NDArray
+
+from spiral_core import RodProblem
 
 Complex = NDArray[Any]  # float64 or complex128
 TANGENT = np.array([1.0, 0.0, 0.0])
@@ -51,7 +53,7 @@ def times(k: Complex, u: Complex) -> Complex:
     return np.einsum("nij,nj->ni", k, u)
 
 
-def energy_of(case: Case, count: int) -> Callable[[Complex], Any]:
+def energy_of(case: RodProblem, count: int) -> Callable[[Complex], Any]:
     """Return the energy of a rod without breaks on so many elements, of its orientations.
 
     Of an element it is W = h (u.Ku/2 - c.u) + h^2/12 u.(t x D) - h^3/24 G.K^-1 G.

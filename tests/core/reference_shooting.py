@@ -17,11 +17,11 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from core.rod_cases import Array, Case, cross_matrix, profile, stiffness_at
+from core.rod_cases import Array, cross_matrix, profile, stiffness_at
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from spiral_core import RodLoad
+from spiral_core import RodLoad, RodProblem
 
 # Perturbation of the tip's rotation for the Jacobian [rad]. Small, because the base's rotation can
 # be a million times more sensitive than the tip's where the load presses the rod together.
@@ -42,7 +42,7 @@ class Shape:
     forces: Array  # (S, 3), base frame
 
 
-def integrated(case: Case, tip: Rotation, sites: Array) -> Shape:
+def integrated(case: RodProblem, tip: Rotation, sites: Array) -> Shape:
     """Return the shape whose tip is turned so, at the base, the tip and sites between them."""
     length, load = case.rod.length, case.load
     rest, weight = profile(case.rod.rest_strain), profile(load.distributed)
@@ -77,7 +77,7 @@ def integrated(case: Case, tip: Rotation, sites: Array) -> Shape:
     return Shape(states[:, :3] - states[0, :3], frames, states[:, 12:15], states[:, 15:])
 
 
-def shoot(case: Case, tip: Rotation) -> Rotation:
+def shoot(case: RodProblem, tip: Rotation) -> Rotation:
     """Return the rotation of the tip, next to a guess, that leaves the base as it is clamped."""
 
     def base(turn: Array) -> Array:
@@ -94,7 +94,7 @@ def shoot(case: Case, tip: Rotation) -> Rotation:
     raise ArithmeticError(f"off by {miss}")
 
 
-def shoot_from_rest(case: Case, steps: int) -> Rotation:
+def shoot_from_rest(case: RodProblem, steps: int) -> Rotation:
     """Return the tip's rotation as the load grows from nothing on a uniform rod.
 
     Needs no solution by anybody else; the load must be moderate, and the rod uniform.
@@ -103,5 +103,5 @@ def shoot_from_rest(case: Case, steps: int) -> Rotation:
     given = case.load.distributed, case.load.tip_force, case.load.tip_moment
     for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
         load = RodLoad(*(tuple((fraction * np.array(vector)).tolist()) for vector in given))
-        tip = shoot(Case(case.rod, load), tip)
+        tip = shoot(RodProblem(case.rod, load), tip)
     return tip

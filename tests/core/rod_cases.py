@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodLoad, Section
+from spiral_core import Rod, RodLoad, RodProblem, Section
 
 Array = np.ndarray
 INNER_RADIUS = 4.7625e-3
@@ -19,14 +19,6 @@ OUTER_RADIUS = INNER_RADIUS + 0.794e-3
 AREA = math.pi * (OUTER_RADIUS**2 - INNER_RADIUS**2)
 SECOND_MOMENT = math.pi / 4.0 * (OUTER_RADIUS**4 - INNER_RADIUS**4)
 WEIGHT = 950.0 * 9.80665 * AREA  # [N/m], of the paper's tube: 0.24
-
-
-@dataclass(frozen=True)
-class Case:
-    """A rod and what pulls at it."""
-
-    rod: Rod
-    load: RodLoad
 
 
 def gripper_rod(
@@ -37,7 +29,7 @@ def gripper_rod(
     gravity: tuple[float, float, float] = (1.0, 0.0, 0.0),
     tip_force: tuple[float, float, float] = (0.0, 0.0, 0.0),
     tip_moment: tuple[float, float, float] = (0.0, 0.0, 0.0),
-) -> Case:
+) -> RodProblem:
     """Return a rod of the paper's tube; ``gravity`` is in units of standard gravity."""
     rod = Rod(
         length,
@@ -45,7 +37,7 @@ def gripper_rod(
         rest_strain=(torsion, 0.0, curvature),
     )
     x, y, z = (WEIGHT * g for g in gravity)
-    return Case(rod, RodLoad((x, y, z), tip_force, tip_moment))
+    return RodProblem(rod, RodLoad((x, y, z), tip_force, tip_moment))
 
 
 def random_direction(rng: np.random.Generator) -> tuple[float, float, float]:
@@ -100,23 +92,23 @@ def round_rod(ratio: float) -> Rod:
 
 RODS = {
     "upright": gripper_rod(gravity=(-1.0, 0.0, 0.0)),
-    "straight": Case(STRAIGHT, RodLoad((0.0, 0.02, -0.01), (1e-3, 2e-3, 0.0))),
-    "soft in torsion": Case(round_rod(0.1), RodLoad((0.1, 0.1, 0.0))),
-    "stiff in torsion": Case(round_rod(10.0), RodLoad((0.1, 0.1, 0.0))),
+    "straight": RodProblem(STRAIGHT, RodLoad((0.0, 0.02, -0.01), (1e-3, 2e-3, 0.0))),
+    "soft in torsion": RodProblem(round_rod(0.1), RodLoad((0.1, 0.1, 0.0))),
+    "stiff in torsion": RodProblem(round_rod(10.0), RodLoad((0.1, 0.1, 0.0))),
     "weight": gripper_rod(gravity=(0.3, 0.8, -0.52)),
     "tip force": gripper_rod(gravity=(0.0, 0.0, 0.0), tip_force=(0.03, -0.04, 0.05)),
     "tip moment": gripper_rod(tip_moment=(5e-4, 1e-3, -2.5e-4)),
     "weight and force": gripper_rod(
         length=0.5, gravity=(0.3, -0.8, 0.52), tip_force=(0.02, 0.01, 0.0)
     ),
-    "coupled": Case(HELICAL, RodLoad((0.07, 0.19, -0.12), (0.004, -0.006, 0.003))),
-    "coupled, straight": Case(
+    "coupled": RodProblem(HELICAL, RodLoad((0.07, 0.19, -0.12), (0.004, -0.006, 0.003))),
+    "coupled, straight": RodProblem(
         Rod(0.36, COUPLED), RodLoad((0.24, 0.0, 0.0), (0.004, -0.006, 0.003))
     ),
-    "varied": Case(VARIED, VARIED_LOAD),
-    "varied, evenly loaded": Case(VARIED, RodLoad((0.1, 0.15, -0.1))),
-    "two tubes": Case(TUBES, RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))),
-    "stretching": Case(
+    "varied": RodProblem(VARIED, VARIED_LOAD),
+    "varied, evenly loaded": RodProblem(VARIED, RodLoad((0.1, 0.15, -0.1))),
+    "two tubes": RodProblem(TUBES, RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))),
+    "stretching": RodProblem(
         Rod(0.5, SIX, rest_strain=(2.0, 1.0, -4.0)),
         RodLoad((2e-3, 1e-3, -8e-3), (2e-3, 3e-3, -1e-3), (2e-4, -1e-4, 3e-4)),
     ),
@@ -164,7 +156,7 @@ class Image:
         """What strains and moments are turned by."""
         return np.linalg.det(self.turn) * self.turn
 
-    def of(self, case: Case) -> Case:
+    def of(self, case: RodProblem) -> RodProblem:
         """Return the image of a rod, its stiffness times ``stiffer``, under the image of a load."""
         rod, load, a = case.rod, case.load, self.scale
         rest, weight = rod.rest_strain, load.distributed
@@ -185,7 +177,7 @@ class Image:
             turned = self.stiffer * both @ full @ both.T
             return np.where(np.abs(turned) < 1e-14 * np.abs(full).max(), 0.0, turned)
 
-        return Case(
+        return RodProblem(
             Rod(
                 a * rod.length,
                 section

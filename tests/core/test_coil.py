@@ -32,7 +32,7 @@ def helix_state(torsion: float, curvature: float = 21.0) -> RodState:
 
 def weighed(torsion: float = -13.5, z: float = 0.81, elements: int = 60) -> RodState:
     case = gripper_rod(length=LENGTH, torsion=torsion, gravity=(0.3, 0.5, z))
-    return solve_rod(case.rod, case.load, elements=elements, estimate_error=False)
+    return solve_rod(case, elements=elements, estimate_error=False)
 
 
 def coil_axis(

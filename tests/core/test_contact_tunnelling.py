@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from core.contact_paths import SPAN
 
 from benchmarks.contact_paths import imbalance
 from spiral_core import (
@@ -28,8 +29,6 @@ from spiral_core.rod.state import RodPath
 
 pytestmark = pytest.mark.long
 
-RADIUS = 3e-3
-ROD = Rod(0.4, Section((1.7e-4, 2.7e-4, 2.7e-4)), RADIUS)
 ACROSS = (0.0, 1.0, 0.0)
 
 
@@ -39,10 +38,10 @@ def test_rod_is_not_passed_by_what_moves_fast(shape: Shape, friction: float) -> 
     """In one increment of 20 radii, down through the whole rod if it could."""
     above = Obstacle.along(shape, (0.2, 0.0, 0.05), ACROSS, friction)
     ways = (above, above.moved((0.0, 0.0, -0.1)))
-    clear, struck = (RodProblem(ROD, obstacles=(one,)) for one in ways)
+    clear, struck = (RodProblem(SPAN, obstacles=(one,)) for one in ways)
     state = follow_contact([clear, struck], elements=60).states[-1]
     assert state.normal_forces.sum() > 5e-4
-    assert state.gaps[:, 1:].min() > -1e-3 * RADIUS
+    assert state.gaps[:, 1:].min() > -1e-3 * SPAN.radius
     assert np.interp(0.2, state.positions[:, 0], state.positions[:, 2]) < -0.05
     assert max(imbalance(struck, state)) < 1e-6 * state.normal_forces.sum()
 
@@ -50,8 +49,8 @@ def test_rod_is_not_passed_by_what_moves_fast(shape: Shape, friction: float) -> 
 def test_cylinder_pulled_through_a_coil_at_once_ends_where_small_steps_end() -> None:
     """By 25 of its radii: 1.3 turns come off over the tip, and never through the rod."""
     strain = (-18.0, 0.0, 90.0)
-    peg = Obstacle.along(Cylinder(6e-3), (0.0, 6e-3 + RADIUS, 0.0), strain)
-    rod = replace(ROD, length=0.25, rest_strain=strain)
+    peg = Obstacle.along(Cylinder(6e-3), (0.0, 6e-3 + SPAN.radius, 0.0), strain)
+    rod = replace(SPAN, length=0.25, rest_strain=strain)
     pulled = [
         RodProblem(rod, obstacles=(peg.moved((0.0, way, 0.0)),)) for way in np.linspace(0, 0.15, 31)
     ]

@@ -127,13 +127,13 @@ def test_few_elements_are_honest(elements: int, turned: float) -> None:
     case = gripper_rod(curvature=turned / 0.36, torsion=0.4 * turned / 0.36)
     if math.hypot(1.0, 0.4) * turned > 2.0 * elements:
         with pytest.raises(InvalidInputError, match="turn by 2 rad at most"):
-            solve_rod(case.rod, case.load, elements=elements)
+            solve_rod(case, elements=elements)
         return
-    state = solve_rod(case.rod, case.load, elements=elements, throw=False)
+    state = solve_rod(case, elements=elements, throw=False)
     if state.status is RodStatus.UNRESOLVED:
         assert turned / elements > 0.9
         return
-    exact = solve_rod(case.rod, case.load, elements=240, start=state)
+    exact = solve_rod(case, elements=240, start=state)
     error = np.linalg.norm(state.tip_position - exact.tip_position)
     assert error < 1.5 * state.discretization_error < 15.0 * max(error, 1e-6)
 

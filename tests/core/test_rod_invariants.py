@@ -19,7 +19,6 @@ from core.reference_shooting import integrated, shoot, shoot_from_rest
 from core.rod_cases import (
     IMAGES,
     RODS,
-    Case,
     gripper_rod,
     random_direction,
     stiffness_at,
@@ -27,7 +26,7 @@ from core.rod_cases import (
 )
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Clamped, RodElement, RodState, solve_rod
+from spiral_core import Clamped, RodElement, RodProblem, RodState, solve_rod
 
 pytestmark = pytest.mark.long
 
@@ -39,15 +38,13 @@ INEXTENSIBLE = [name for name in RODS if "stretching" not in name]
 @cache
 def solved(name: str, elements: int, element: RodElement | None = None) -> RodState:
     """Return the state of a named rod."""
-    return solve_rod(
-        *(RODS[name].rod, RODS[name].load), elements=elements, element=element, estimate_error=True
-    )
+    return solve_rod(RODS[name], elements=elements, element=element, estimate_error=True)
 
 
-def pulled(case: Case, by: tuple[float, float, float]) -> Case:
+def pulled(case: RodProblem, by: tuple[float, float, float]) -> RodProblem:
     """Return a rod with a little more force at its tip."""
     force = tuple(np.add(case.load.tip_force, by).tolist())
-    return Case(case.rod, replace(case.load, tip_force=force))
+    return RodProblem(case.rod, replace(case.load, tip_force=force))
 
 
 @pytest.mark.parametrize("name", RODS)
@@ -90,7 +87,7 @@ def test_order_is_four_and_the_estimate_is_honest(name: str) -> None:
 def test_energy_balance_and_pivot_are_those_of_the_documented_energy(name: str) -> None:
     """On few elements, where its smallest terms count; the pivot is one of the whole Hessian."""
     case, count = RODS[name], 10
-    state = solve_rod(case.rod, case.load, elements=count)
+    state = solve_rod(case, elements=count)
     energy, q = documented.energy_of(case, count), np.array(state.orientations)
 
     def turning(eta: np.ndarray) -> complex:
@@ -111,17 +108,17 @@ def test_energy_balance_and_pivot_are_those_of_the_documented_energy(name: str) 
 @pytest.mark.parametrize("name", RODS)
 def test_a_start_nearby_is_left_as_it_was_and_ends_where_the_path_does(name: str) -> None:
     """In one or a few of Newton's steps: the tangent, tip moment and all, is exact."""
-    start = solve_rod(RODS[name].rod, RODS[name].load, elements=10, estimate_error=False)
+    start = solve_rod(RODS[name], elements=10, estimate_error=False)
     before = start.orientations.copy()
     size, steps, residual = (3e-7, 1, 1e-8) if name in INEXTENSIBLE else (1e-6, 3, 1e-13)
     case = pulled(RODS[name], (size, -size, 0.5 * size))
-    near = solve_rod(case.rod, case.load, elements=10, start=start, estimate_error=False)
+    near = solve_rod(case, elements=10, start=start, estimate_error=False)
     assert 0 < near.iterations <= steps
     assert near.residual < residual
     np.testing.assert_array_equal(start.orientations, before)
     count = 64 if name in INEXTENSIBLE else 40
-    cold = solve_rod(case.rod, case.load, elements=count)
-    warm = solve_rod(case.rod, case.load, elements=count, start=solved(name, 40))
+    cold = solve_rod(case, elements=count)
+    warm = solve_rod(case, elements=count, start=solved(name, 40))
     np.testing.assert_allclose(warm.positions, cold.positions, atol=1e-8)
 
 
@@ -140,13 +137,13 @@ def test_arrays_of_a_state_are_its_own(name: str) -> None:
 @pytest.mark.parametrize("name", RODS)
 def test_the_tip_is_the_energys_derivative_by_the_force(name: str) -> None:
     """Castigliano: at equilibrium dE/dF = -p(L). A moment fixed in space has no potential."""
-    case = Case(RODS[name].rod, replace(RODS[name].load, tip_moment=(0.0, 0.0, 0.0)))
-    start = solve_rod(case.rod, case.load, elements=96, estimate_error=False)
+    case = RodProblem(RODS[name].rod, replace(RODS[name].load, tip_moment=(0.0, 0.0, 0.0)))
+    start = solve_rod(case, elements=96, estimate_error=False)
     by = 2e-5 * np.array((1.0, -2.0, 2.0)) / 3.0
     energies = []
     for sign in (-1.0, 1.0):
         near = pulled(case, tuple((sign * by).tolist()))
-        energies.append(solve_rod(near.rod, near.load, elements=96, start=start).energy)
+        energies.append(solve_rod(near, elements=96, start=start).energy)
     # Differences of a minimum, d^2 times the third derivative; and the scheme's own error.
     off = (np.diff(energies)[0] + 2.0 * by @ start.tip_position) / 4e-5
     assert abs(off) < 5e-6 * case.rod.length
@@ -163,7 +160,7 @@ def test_the_image_of_a_rod_has_the_image_of_its_shape(name: str, image: str) ->
     """A rolled section that bends unequally is one of the mixed element: it must agree."""
     by, plain = IMAGES[image], solved(name, 80)
     case = by.of(RODS[name])
-    state = solve_rod(case.rod, case.load, elements=80)
+    state = solve_rod(case, elements=80)
     alike = state.element is plain.element
     off = 1e-9 if alike and plain.element is RodElement.INEXTENSIBLE else 2e-6
     expected = by.scale * plain.positions @ by.turn.T
@@ -182,7 +179,7 @@ def test_both_elements_agree_and_go_on_from_each_other(name: str) -> None:
     slow = solved(name, 80, RodElement.MIXED)
     assert (fast.element, slow.element) == (RodElement.INEXTENSIBLE, RodElement.MIXED)
     off = 2e-6 * case.rod.length
-    back = solve_rod(case.rod, case.load, elements=80, start=fast, element=RodElement.MIXED)
+    back = solve_rod(case, elements=80, start=fast, element=RodElement.MIXED)
     np.testing.assert_allclose(back.positions, slow.positions, atol=1e-3 * off)
     np.testing.assert_allclose(slow.positions, fast.positions, atol=off)
     for field in ("forces", "moments", "base_reaction"):
@@ -192,7 +189,7 @@ def test_both_elements_agree_and_go_on_from_each_other(name: str) -> None:
         load = replace(case.load, tip_moment=(0.0, 0.0, 0.0))
         elsewhere = solve_rod(case.rod, load, elements=80, base=base)
         assert elsewhere.element is RodElement.MIXED
-        again = solve_rod(case.rod, case.load, elements=80, start=elsewhere)
+        again = solve_rod(case, elements=80, start=elsewhere)
         np.testing.assert_allclose(again.orientations[0], (0.0, 0.0, 0.0, 1.0), atol=1e-15)
         np.testing.assert_allclose(again.positions, fast.positions, atol=1e-9)
     same = solve_rod(case.rod, case.load, elements=80, base=base, start=slow)
@@ -214,7 +211,7 @@ def test_forty_random_rods_agree_with_shooting() -> None:
     """The requirement is 1e-3 of the length; the elements are chosen for about 1e-5 of it."""
     rows = []
     for case in random_rods(40, 11, 60.0, 1.0, 0.6e6):
-        state = solve_rod(case.rod, case.load)
+        state = solve_rod(case)
         assert state.stable
         exact = integrated(
             case, shoot(case, Rotation.from_quat(state.orientations[-1])), np.zeros(0)
@@ -238,7 +235,7 @@ def test_shooting_on_its_own_finds_the_same() -> None:
     """The reference continued from the unloaded helix, knowing nothing of the solver's answer."""
     for case in random_rods(8, 12, 40.0, 0.4, 1.0e6):
         exact = integrated(case, shoot_from_rest(case, steps=3), np.zeros(0)).positions[-1]
-        state = solve_rod(case.rod, case.load)
+        state = solve_rod(case)
         assert state.stable
         # The elements are chosen for 1e-5.
         assert np.linalg.norm(state.tip_position - exact) < 5e-5 * case.rod.length

@@ -10,10 +10,10 @@ from itertools import product
 
 import numpy as np
 import pytest
-from core.rod_cases import Case, gripper_rod, random_direction
+from core.rod_cases import gripper_rod, random_direction
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodCertificate, RodLoad, Section, solve_rod
+from spiral_core import Rod, RodCertificate, RodLoad, RodProblem, Section, solve_rod
 
 # 9/4 times the square of the first zero of the Bessel function J(-1/3).
 GREENHILL = 2.25 * 1.8663508588738948**2
@@ -76,7 +76,7 @@ def test_the_neutral_mode_is_a_zero_of_the_energy() -> None:
     )
 
 
-def planar(rng: np.random.Generator) -> Case:
+def planar(rng: np.random.Generator) -> RodProblem:
     """Return a rod whose plane is a symmetry: where that holds no minimum the rod must leave it."""
     x, y, z = random_direction(rng)
     return gripper_rod(
@@ -85,7 +85,7 @@ def planar(rng: np.random.Generator) -> Case:
     )
 
 
-def loaded(rng: np.random.Generator) -> Case:
+def loaded(rng: np.random.Generator) -> RodProblem:
     """Return a rod of any shape, under its weight and a force up to that at its tip."""
     curvature, length = rng.uniform(3.0, 60.0), rng.uniform(0.1, 1.0)
     pull = 0.24 * length * rng.uniform() * np.array(random_direction(rng))
@@ -96,7 +96,7 @@ def loaded(rng: np.random.Generator) -> Case:
     )
 
 
-def soft(rng: np.random.Generator) -> Case:
+def soft(rng: np.random.Generator) -> RodProblem:
     """Return a rod that moves far under a small imbalance."""
     return gripper_rod(
         *(rng.uniform(0.8, 1.0), 0.5e6, rng.uniform(3.0, 10.0)),
@@ -104,13 +104,13 @@ def soft(rng: np.random.Generator) -> Case:
     )
 
 
-def along_axes() -> Iterator[Case]:
+def along_axes() -> Iterator[RodProblem]:
     """Return rods loaded along every axis, straight, twisted and bent."""
     axes, strains = (-1.0, 0.0, 1.0), ((0.0, 0.0, 0.0), (9.0, 0.0, 0.0), (0.0, 0.0, 14.0))
     for *axis, size, pull, strain in product(axes, axes, axes, (20, 200), (-5, 0, 5), strains):
         if sum(map(abs, axis)) == 1.0:
             load = RodLoad(tuple(size * x for x in axis), (pull, 0, 0))
-            yield Case(Rod(1.0, ROUND, rest_strain=strain), load)
+            yield RodProblem(Rod(1.0, ROUND, rest_strain=strain), load)
 
 
 # Some moments need to be on from the start of the path, some need to grow.
@@ -129,14 +129,14 @@ MANY = {
 @pytest.mark.parametrize("kind", MANY)
 def test_rods_of_every_kind_are_solved_and_certified(kind: str) -> None:
     """And in their shapes, not only in their forces: polished further, the tip stays."""
-    states = [solve_rod(case.rod, case.load) for case in MANY[kind]]
+    states = [solve_rod(case) for case in MANY[kind]]
     for case, state in zip(MANY[kind], states, strict=True):
         assert state.stable
         assert state.certificate is RodCertificate.STRICT_MINIMUM or kind == "along axes"
         assert state.residual <= 1e-8
         assert state.last_step <= 1e-6
         assert np.isfinite(state.positions).all()
-        again = solve_rod(case.rod, case.load, start=state, estimate_error=False)
+        again = solve_rod(case, start=state, estimate_error=False)
         moved = np.linalg.norm(again.tip_position - state.tip_position)
         assert moved < 1e-6 * case.rod.length + state.discretization_error
     # Measured: 62, most of them on few elements.
