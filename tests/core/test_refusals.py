@@ -93,7 +93,7 @@ PRESSURE = (1e4, -1.0, -1e-300, NAN, INF, True, "55 kPa")
 DIMENSION = (5e-3, 0.0, NAN, 1.1e9, 1e300)
 HELICAL = replace(PAPER_EXAMPLE, elastomers=(Elastomer("section", LATEX.law, 950.0),))
 TASK = ApproachTask(paper_gripper("70 degrees"), 0.015, (0.0, 0.0, 1.0), (0.0, 0.0, -9.80665), 0.02)
-CURVE = WrapCurve(paper_gripper("P2"))
+LAID, CURVE = lay_into_coil(TASK.gripper, 0.020), WrapCurve(paper_gripper("P2"))
 HEAVY, LONG = paper_gripper("P1", (1e300, 0.0, 0.0)), linear_gripper(length=361.0)
 SHAPE = UnloadedShape(40.0, -15.0, 0.4)
 
@@ -279,11 +279,14 @@ ARGUMENTS = [
         partial(gripper_from_actuator, "bad", actuator()),
         {"density": POSITIVE, "extra_mass_per_length": NATURAL},
     ),
-    (
-        lambda torsional: replace(
-            paper_gripper("P1"), stiffness=Section.inextensible(1.0, torsional)
-        ),
-        {"torsional": (0.0101, 0.0099, 101.0)},
+    *(
+        (
+            lambda torsional: replace(
+                paper_gripper("P1"), stiffness=Section.inextensible(1.0, torsional)
+            ),
+            {"torsional": torsional},
+        )
+        for torsional in ((0.0101, 0.0099), (99.0, 101.0))
     ),
     (
         partial(line_force, Section.inextensible(3e-4, 2e-4), SHAPE),
@@ -466,10 +469,13 @@ ARGUMENTS = [
         },
     ),
     (
-        lambda **given: close_misplaced(lay_into_coil(TASK.gripper, 0.020), **given),
+        partial(close_misplaced, LAID),
         {
             "pressure": (58.98e3, 0.0, 1e6, NAN),
-            "misplacement": ((0.0,) * 5, (0.0,) * 4, (NAN, 0.0, 0.0, 0.0, 0.0)),
+            "misplacement": (
+                (0.0,) * 5,
+                *((0.0,) * 4, (NAN, 0.0, 0.0, 0.0, 0.0)),
+            ),
             "payload": (0.010, 0.0),
         },
     ),
@@ -520,6 +526,11 @@ COIL, STEEP = Helix(20.0, 10.0), {"fiber_angles_beta": angles(20.0)}
         *(
             (f"norm of {field}", changed(TASK), {field: (0.0, 0.0, 0.0)})
             for field in ("object_axis", "gravity")
+        ),
+        (
+            "radius",
+            partial(close_misplaced, LAID, 58.98e3),
+            {"misplacement": (0.0, 0.0, 0.0, 0.0, -0.02)},
         ),
         *(
             (".*axis", partial(coil_from_state, STATE), {"axis": axis})
