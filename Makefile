@@ -9,7 +9,7 @@ LOGS := .make
 
 # What is compiled or copied at installation; Python sources are used in place (pip install -e).
 INSTALL_SOURCES := pyproject.toml LICENSE $(wildcard packaging/*.cmake packaging/ros_metadata.py packaging/ros2_run_stub.sh) \
-  $(wildcard */package.xml */resource/* spiral_gripper_ros/config/* spiral_gripper_ros/launch/* spiral_gripper_ros/rviz/* spiral_gripper_ros/security/* spiral_gripper_ros/systemd/* spiral_gripper_ros/urdf/*) \
+  $(wildcard */package.xml */resource/* spiral_gripper_ros/config/* spiral_gripper_ros/launch/*.py spiral_gripper_ros/rviz/* spiral_gripper_ros/security/* spiral_gripper_ros/systemd/* spiral_gripper_ros/urdf/*) \
   $(wildcard spiral_gripper_msgs/CMakeLists.txt spiral_gripper_msgs/msg/* spiral_gripper_msgs/srv/* spiral_gripper_msgs/action/*)
 INSTALLED := $(VENV)/.installed
 INSTALLED_DEV := $(VENV)/.installed-dev
