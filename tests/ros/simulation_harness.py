@@ -3,6 +3,7 @@
 
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from ros.harness import FAST_RAMP, START_DEADLINE, Client, RunningNode
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 
@@ -29,11 +30,12 @@ class Observer(Client):
 
     def __init__(self, namespace):
         super().__init__(namespace)
-        self.radii, self.truths, self.grips = [], [], []
+        self.radii, self.truths, self.grips, self.clocks = [], [], [], []
         for kind, topic, received in (
             (Float64, "object_radius", self.radii),
             (Float64, "simulated/pressure", self.truths),
             (String, "simulated/grip", self.grips),
+            (Clock, "/clock", self.clocks),
         ):
             self.create_subscription(kind, topic, received.append, ALL)
 
