@@ -110,13 +110,11 @@ class Client(Node):
     def __init__(self, namespace):
         super().__init__("test_client", namespace=namespace)
         self.pressures, self.diagnostics, self.regulator = [], [], None
-        self.backbones, self.measured_backbones, self.statuses, self.wraps = [], [], [], []
-        for kind, topic, heard in (
-            (PoseArray, "backbone", self.backbones),
-            (PoseArray, "measured_backbone", self.measured_backbones),
-            (GripStatus, "status", self.statuses),
-            (Wrap, "wrap", self.wraps),
-        ):
+        self._latched = [], [], [], []
+        self.backbones, self.measured_backbones, self.statuses, self.wraps = self._latched
+        topics = ("backbone", "measured_backbone", "status", "wrap")
+        kinds = (PoseArray, PoseArray, GripStatus, Wrap)
+        for kind, topic, heard in zip(kinds, topics, self._latched, strict=True):
             self.create_subscription(kind, topic, heard.append, ALL_AND_LATCHED)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, ALL)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
@@ -338,14 +336,7 @@ class Client(Node):
 
     def forget(self):
         """Forget everything that was received."""
-        for received in (
-            self.pressures,
-            self.diagnostics,
-            self.backbones,
-            self.measured_backbones,
-            self.statuses,
-            self.wraps,
-        ):
+        for received in (self.pressures, self.diagnostics, *self._latched):
             received.clear()
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from ros.harness import DEADLINE
-from ros.programs import group_exists, start, wait_for_the_end_of
+from ros.programs import SIMULATE, wait_for_the_end_of
 
 from spiral_gripper.cli.main import run
 from spiral_gripper.cli.ros import side as ros_side
@@ -24,16 +24,6 @@ from spiral_gripper_ros.tools.simulate import program
 
 # Command and measurement are heard, and the node believes that the object is held.
 WRAPPED = r"\d +\d+\.\d\d +perfect wrap  yes"
-COMMAND = [str(Path(sys.executable).with_name("spiral-gripper")), "simulate"]
-
-
-@pytest.fixture
-def simulation(namespace):
-    """The command in a process group of its own, as a shell starts it; ended in any case."""
-    with start([*COMMAND, "--radius", "20 mm", "--namespace", namespace]) as process:
-        yield process
-        if group_exists(process.pid):
-            os.killpg(process.pid, signal.SIGKILL)
 
 
 def read_until(process, pattern):
@@ -59,7 +49,7 @@ def child_running(process, module):
 
 def test_it_runs_for_its_duration_and_ends_vented():
     done = subprocess.run(
-        [*COMMAND, "--duration", "1", "--noise", "0.01 mm"],
+        [*SIMULATE, "--duration", "1", "--noise", "0.01 mm"],
         capture_output=True,
         text=True,
         timeout=DEADLINE,

@@ -252,8 +252,8 @@ class MeasuredActuation:
     def __post_init__(self) -> None:
         from scipy.interpolate import PchipInterpolator
 
-        require_kind("pressures", self.pressures, Sized)
-        count = len(self.pressures)
+        given: object = self.pressures
+        count = len(given) if isinstance(given, Sized) else 0
         if not count >= POINTS_MIN:
             raise InvalidInputError("pressures", count, f"at least {POINTS_MIN} points")
         for name in ("pressures", "curvatures", "torsions"):
