@@ -17,6 +17,15 @@ from spiral_gripper.studio.session import Answer
 RED, PALE, DARK = "#c8553d", "#7ba7b4", "#2f4858"
 
 
+# The axes of a chart follow its data, the one upwards from zero: the browser sees to it.
+FOLLOWING = {
+    "x": uplot.Scale(time=False),
+    "y": uplot.Scale(
+        range={"min": {"soft": 0.0, "mode": 1}, "max": {"soft": 1e-3, "mode": 1, "pad": 0.1}}
+    ),
+}
+
+
 def add_chart(
     gui: viser.GuiApi, x: str, y: str, curves: dict[str, str], *, now: bool = True
 ) -> viser.GuiUplotHandle:
@@ -37,17 +46,30 @@ def add_chart(
         tuple(np.zeros(1) for _ in range(len(series) + 1)),
         (uplot.Series(label=x), *series),
         axes=(uplot.Axis(label=x), uplot.Axis(label=y)),
-        scales={"x": uplot.Scale(time=False)},
+        scales=FOLLOWING,
         legend={"show": False},
         aspect=1.5,
         padding=(14, 14, 0, 0),  # the highest label of an axis is not cut off
     )
 
 
-def ranges(low: float, high: float, top: float) -> dict[str, uplot.Scale]:
-    """Return the ranges of a chart: from ``low`` to ``high``, and from 0 to ``top``."""
+def draw(
+    chart: viser.GuiUplotHandle, data: tuple[Array, ...], scales: dict[str, uplot.Scale]
+) -> None:
+    """Draw curves between the ends of their axes; the same ends are not sent again.
+
+    With new ends the page lays itself out anew: a slow browser that gets some fifty of them at
+    once ends with an error.
+    """
+    if chart.scales != scales:
+        chart.scales = scales
+    chart.data = data
+
+
+def _ranges(right: float, top: float) -> dict[str, uplot.Scale]:
+    """Return the ranges of a chart: from 0 to ``right``, and from 0 to ``top``."""
     return {
-        "x": uplot.Scale(time=False, auto=False, range=(low, high)),
+        "x": uplot.Scale(time=False, auto=False, range=(0.0, right)),
         "y": uplot.Scale(auto=False, range=(0.0, top)),
     }
 
@@ -70,7 +92,7 @@ def chart_data(answer: Answer | None, radius: float, pressure: float) -> tuple[A
 def chart_scales(answer: Answer | None, pressure_max: float) -> dict[str, uplot.Scale]:
     """Return the chart's ranges: all radii that are wrapped, all pressures up to the limit [Pa]."""
     widest = 0.04 if answer is None or answer.radii.size == 0 else float(answer.radii.max())
-    return ranges(0.0, 1.1 * float(in_units(widest, "m")), float(in_units(pressure_max, "Pa")))
+    return _ranges(1.1 * float(in_units(widest, "m")), float(in_units(pressure_max, "Pa")))
 
 
 def force_data(answer: Answer | None, pressure: float) -> tuple[Array, ...]:
@@ -95,7 +117,7 @@ def force_scales(answer: Answer | None, pressure_max: float) -> dict[str, uplot.
     known = answer is not None and answer.grip is not None
     most = float(np.max(answer.grip.force(Pull.AWAY))) if known else 1.0  # type: ignore[union-attr]
     top = float(in_units(1.1 * max(most, 1e-3), "N"))
-    return ranges(0.0, float(in_units(pressure_max, "Pa")), top)
+    return _ranges(float(in_units(pressure_max, "Pa")), top)
 
 
 def _with(

@@ -12,7 +12,7 @@ import viser
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units, shown
-from spiral_gripper.studio.charts import DARK, RED, add_chart, ranges
+from spiral_gripper.studio.charts import DARK, RED, add_chart
 from spiral_gripper.studio.scene import FAINT, OPAQUE, Scene
 
 # The chart shows so much of the past [s].
@@ -112,10 +112,7 @@ class LivePage:
         self._past.append((now, heard.command, measured))
         self._past = [one for one in self._past if one[0] > now - PAST]
         times, commands, pressures = np.array(self._past).T
-        shown_pressures = in_units(commands, "Pa"), in_units(pressures, "Pa")
-        most = max(float(np.nanmax(each, initial=0.0)) for each in shown_pressures)
-        self._chart.scales = ranges(max(0.0, now - PAST), max(now, 1.0), max(1.1 * most, 1e-3))
-        self._chart.data = (times, *shown_pressures)
+        self._chart.data = (times, in_units(commands, "Pa"), in_units(pressures, "Pa"))
 
 
 def live_text(heard: NodeState | None) -> str:

@@ -28,6 +28,7 @@ from spiral_gripper.studio.charts import (
     add_chart,
     chart_data,
     chart_scales,
+    draw,
     force_data,
     force_scales,
 )
@@ -179,10 +180,10 @@ class Page:
                 return
             self._draw(session, state, answer)
             self._words.content = self._said(session, state)
-            self._chart.scales = chart_scales(answer, gripper.pressure_max)
-            self._chart.data = chart_data(answer, settings.object_radius, settings.pressure)
-            self._forces.scales = force_scales(answer, gripper.pressure_max)
-            self._forces.data = force_data(answer, settings.pressure)
+            radius, pressure, most = settings.object_radius, settings.pressure, gripper.pressure_max
+            wraps = chart_data(answer, radius, pressure)
+            draw(self._chart, wraps, chart_scales(answer, most))
+            draw(self._forces, force_data(answer, pressure), force_scales(answer, most))
 
     def _draw(self, session: Session, state: RodState, answer: Answer | None) -> None:
         """Draw the coil in contact with a ghost of the free one; where there is none, the free."""
