@@ -170,7 +170,7 @@ def test_a_bad_sample_of_the_clock_does_not_let_go(node, capfd):
 
 
 def test_an_executor_with_many_threads_is_refused(node, capfd):
-    executor = MultiThreadedExecutor()
+    executor = MultiThreadedExecutor(2)  # a machine of one core has one thread for it
     executor.add_node(node)
     assert node.trigger_deactivate() == SUCCESS
     assert node.trigger_activate() == TransitionCallbackReturn.FAILURE
