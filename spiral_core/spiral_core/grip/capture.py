@@ -9,8 +9,8 @@ the error of its radius [m]. Its axis stays where it is if its radius is another
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -250,7 +250,7 @@ class CaptureRegion:
 
 # Yields misplacements (5,), receives what closing on them ends in; yields its answer at last.
 Answer = Boundary | CaptureOutcome
-Search = Generator[Array | Answer, CaptureOutcome, None]
+Search = Generator[Misplacement | Answer, CaptureOutcome, None]
 
 
 def capture_region(
@@ -336,7 +336,7 @@ def _outwards(reach: Array, way: Array, guess: float | None = None) -> Search:
         if not guess < 1.0:
             at = 1.0
     while low < 1.0 and (math.isinf(high) or high - low > resolution):
-        outcome = yield at * way * reach
+        outcome = yield _tuple(at * way * reach)
         if outcome is CaptureOutcome.HOLDS:
             low = at
         else:
@@ -421,9 +421,14 @@ def _ball(closings: _Closings, region: CaptureRegion) -> tuple[float, CaptureOut
     return low, beyond
 
 
+def _tuple(place: Array) -> Misplacement:
+    """Return a misplacement, without zeros of a negative sign."""
+    return tuple((place + 0.0).tolist())
+
+
 def _once(place: Array) -> Search:
     """Close on one misplaced object."""
-    yield (yield place)
+    yield (yield _tuple(place))
 
 
 class _Closings:
@@ -442,8 +447,7 @@ class _Closings:
         keep: Callable[[Misplacement, CaptureOutcome], None] | None,
         known: Mapping[Misplacement, CaptureOutcome] | None,
     ) -> None:
-        self._task = task
-        self._map: Callable[..., Iterator[CaptureOutcome]] = executor.map if executor else map
+        self._task, self._executor = task, executor
         self._progress = progress or (lambda *_: None)
         self._keep = keep or (lambda *_: None)
         self._known = dict(known or {})
@@ -451,22 +455,54 @@ class _Closings:
         self.used: set[Misplacement] = set()
 
     def solve(self, searches: Sequence[Search]) -> list[Any]:
-        """Return the answers of searches, in their order; they go on in step."""
+        """Return the answers of searches, in their order; none waits for another."""
         said = [next(search) for search in searches]
-        while True:
-            asking = [number for number, each in enumerate(said) if isinstance(each, np.ndarray)]
-            places = [tuple((np.array(said[number]) + 0.0).tolist()) for number in asking]
-            self.used |= set(places)
-            new = [place for place in places if place not in self._known]
-            for place, outcome in zip(new, self._map(self._task, new), strict=True):
-                self._known[place] = outcome
-                self._keep(place, outcome)
-                self._progress(self._done + len(said) - len(asking), self.total)
-            if not asking:
-                self._done += len(said)
-                return said
-            for number, place in zip(asking, places, strict=True):
-                said[number] = searches[number].send(self._known[place])
+        asked: dict[Misplacement, list[int]] = {}
+        waiting: list[Misplacement] = []
+        running: dict[Future[CaptureOutcome], Misplacement] = {}
+        going = list(range(len(said)))
+        try:
+            while True:
+                for number in going:
+                    said[number] = place = self._gone_on(searches[number], said[number])
+                    if isinstance(place, tuple):
+                        if place not in asked:
+                            waiting.append(place)
+                        asked.setdefault(place, []).append(number)
+                while waiting and (self._executor or not running):
+                    place = waiting.pop(0)
+                    running[self._closing(place)] = place
+                if not running:
+                    self._done += len(said)
+                    return said
+                going = []
+                for job in wait(running, return_when=FIRST_COMPLETED).done:
+                    place = running.pop(job)
+                    self._known[place] = outcome = job.result()
+                    self._keep(place, outcome)
+                    open_ones = sum(isinstance(each, tuple) for each in said)
+                    self._progress(self._done + len(said) - open_ones, self.total)
+                    going += asked.pop(place)
+        finally:
+            for job in running:
+                job.cancel()
+
+    def _gone_on(self, search: Search, said: Misplacement | Answer) -> Misplacement | Answer:
+        """Go on with a search; return the misplacement that it waits for, or its answer."""
+        while isinstance(said, tuple):
+            self.used.add(said)
+            if said not in self._known:
+                break
+            said = search.send(self._known[said])
+        return said
+
+    def _closing(self, place: Misplacement) -> Future[CaptureOutcome]:
+        """Close on a misplaced object, on the executor or here."""
+        if self._executor is not None:
+            return self._executor.submit(self._task, place)
+        here = Future[CaptureOutcome]()
+        here.set_result(self._task(place))
+        return here
 
 
 def _outcome(
