@@ -199,7 +199,8 @@ def test_margins_of_friction():
     _, state, found = prepared(contact_case(2))
     assert state.sticking.any()
     (normal,) = state.normal_forces
-    friction = np.sqrt(np.sum(state.contact_forces[0] ** 2, axis=1) - normal**2)
+    square = np.sum(state.contact_forces[0] ** 2, axis=1) - normal**2
+    friction = np.sqrt(np.maximum(square, 0.0))
     sticks = state.sticking[0]
     cones = friction[sticks] / (0.6 * normal[sticks])
     assert found.margins["stick"] == pytest.approx(1.0 - cones.max(), rel=1e-5)

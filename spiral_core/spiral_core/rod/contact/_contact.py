@@ -67,6 +67,8 @@ STICK_SLIPS = 2.0
 # A step goes at most this fraction of the way to where a slack or a normal force vanishes.
 TO_BOUNDARY = 0.99
 TINY = 1e-300
+# A node touches from some normal force on; below this part of it, friction is left out.
+NEGLIGIBLE = 1e-9
 
 
 class Iterate(NamedTuple):
@@ -332,7 +334,9 @@ def contact_terms(
     for e in range(len(surface.gap)):
         if surface.touchable[e]:
             normal_terms(law, surface, x, e, touch, at)
-            if surface.friction > 0.0:
+            near = surface.gap[e] if law.sharp else x.slack[surface.obstacle, e]
+            least = NEGLIGIBLE * law.stiffness * near
+            if surface.friction > 0.0 and x.normal[surface.obstacle, e] > least:
                 friction_terms(law, surface, x, anchors, e, touch, at)
 
 

@@ -158,10 +158,10 @@ def attempt(
     )
     resistance = Drag(drag, here.x.copy(), arrays.step) if drag else None
     newton = Newton(arrays, guess, anchors, resistance)
-    limits = TOO_FAR * largest_moves(here)
+    limits = (TOO_FAR * largest_moves(here)) ** 2
 
     def too_far(positions: Array) -> bool:
-        return bool(np.any(np.sum((positions - here.x.p) ** 2, axis=1) > limits**2))
+        return bool(np.any(np.sum((positions - here.x.p) ** 2, axis=1) > limits))
 
     solution = newton.run(LARGEST_MOVE * arrays.length, too_far)
     return guess, anchors, solution, moved_fraction(here, arrays, guess.p)

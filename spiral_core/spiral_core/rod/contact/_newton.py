@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.numerics.kernel import compiled
+from spiral_core.numerics.kernel import compiled, inlined
 from spiral_core.rod._algebra import (
     Array,
     Vec,
@@ -47,6 +47,7 @@ from spiral_core.rod._algebra import (
     subtract,
     turn_nodes,
     vector_at,
+    vector_from,
 )
 from spiral_core.rod._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNSTABLE
 from spiral_core.rod.contact._contact import (
@@ -353,6 +354,51 @@ def eliminate(
     return smallest
 
 
+@compiled
+def largest_imbalance(
+    gradient: Array, chord: Array, end_free: Array, n: Array
+) -> tuple[float, float, float, float]:
+    """Return the largest components of couples, forces, gaps between elements and forces inside.
+
+    What holds an end is none of them. NaN where one is.
+    """
+    count = len(n)
+    own = np.empty(6)
+    couple = force = apart = within = 0.0
+    for e in range(count + 1):
+        own[:] = gradient[e]
+        if e in (0, count):
+            free = end_free[0 if e == 0 else 1]
+            for i in range(6):
+                own[i] = 0.0
+                for k in range(6):
+                    own[i] += free[i, k] * gradient[e, k]
+        for i in range(3):
+            couple, force = larger(couple, own[i]), larger(force, own[3 + i])
+            if e < count:
+                apart, within = larger(apart, chord[e, i]), larger(within, n[e, i])
+    return couple, force, apart, within
+
+
+@inlined
+def larger(size: float, value: float) -> float:
+    """Return the larger one of a size and that of a value; NaN if one is."""
+    own = abs(value)
+    return own if own > size or own != own else size
+
+
+@compiled
+def largest_motion(step: Array) -> tuple[float, float]:
+    """Return the largest component of a rotation [rad] and the longest displacement [m]."""
+    turn = square = 0.0
+    for e in range(len(step)):
+        for i in range(3):
+            turn = larger(turn, step[e, i])
+        away = vector_from(step[e], 3)
+        square = larger(square, dot(away, away))
+    return turn, np.sqrt(square)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
     """What an iteration found.
@@ -429,6 +475,7 @@ class Newton:
             coupled=False,
         )
         self.bearing = bearing_of(arrays)
+        self.loads, self.follows = load_terms(arrays, x), bool(arrays.nodal[:, :3].any())
         self.mass = np.array((h * h, h * h, h * h, 1.0, 1.0, 1.0))
         self.rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
         self.touchable, self.shift, self.polished = self._hold_ends(), 0.0, False
@@ -579,7 +626,10 @@ class Newton:
 
     def _loads(self) -> Nodal:
         """Return gradient and Hessian of loads at the nodes and of what is added."""
-        nodal = load_terms(self.arrays, self.x)
+        if self.follows:
+            nodal = load_terms(self.arrays, self.x)
+        else:
+            nodal = Nodal(*map(np.copy, self.loads))
         if self.added is not None:
             self.added.add(self.x, nodal.gradient, nodal.tangent)
             nodal.drive[:] = nodal.gradient
@@ -587,16 +637,12 @@ class Newton:
 
     def _residual(self, gradient: Array, contacts: tuple[Contact, ...]) -> float:
         """Return the largest imbalance that is not a reaction at an end."""
-        inner = gradient.copy()
-        inner[0] = self.arrays.end_free[0] @ inner[0]
-        inner[-1] = self.arrays.end_free[1] @ inner[-1]
-        force = max(self.force, self.rounded * float(np.abs(self.x.n).max()))
+        couple, push, apart, within = largest_imbalance(
+            gradient, self.elements.chord, self.arrays.end_free, self.x.n
+        )
+        force = max(self.force, self.rounded * within)
         length = self.arrays.length / LENGTH_WEIGHT
-        worst = [
-            float(np.abs(inner[:, :3]).max()) / max(self.moment, force * self.arrays.step),
-            float(np.abs(inner[:, 3:]).max()) / force,
-            float(np.abs(self.elements.chord).max()) / length,
-        ]
+        worst = [couple / max(self.moment, force * self.arrays.step), push / force, apart / length]
         pair = 2.0 * self.last_barrier / self.tolerance
         for each in contacts:
             scales = (length, force, pair)
@@ -606,8 +652,7 @@ class Newton:
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
         """Take as much of the step as rotations, moves and the barrier allow."""
         x, step = self.x, self.step.nodes
-        turn = float(np.abs(step[:, :3]).max())
-        move = float(np.sqrt(np.max(np.sum(step[:, 3:] ** 2, axis=1))))
+        turn, move = largest_motion(step)
         limit = min(1.0, MAX_ROTATION / max(turn, TINY), max_move / max(move, TINY))
         primal = dual = limit
         for contact in solution.contacts:

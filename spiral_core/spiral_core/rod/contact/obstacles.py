@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -73,7 +74,13 @@ class Obstacle:
 
 def frame_of(obstacle: Obstacle) -> Array:
     """Return the rotation matrix (3, 3) from the obstacle's frame to the base frame."""
-    frame: Array = matrices(np.array([obstacle.orientation]))[0]
+    return _frame(tuple(obstacle.orientation))
+
+
+@lru_cache(maxsize=32)
+def _frame(orientation: Quaternion) -> Array:
+    """Return :func:`frame_of` an obstacle so turned."""
+    frame: Array = matrices(np.array([orientation]))[0]
     return frame
 
 
