@@ -21,7 +21,13 @@ from spiral_core import (
 from spiral_gripper import load_description
 from spiral_gripper.files.shown import display_units
 from spiral_gripper.reports.meshes import SIDES, tube_mesh
-from spiral_gripper.studio.charts import chart_data, chart_scales, draw, force_data, force_scales
+from spiral_gripper.studio.charts import (
+    chart_data,
+    chart_scales,
+    force_data,
+    force_scales,
+    update_chart,
+)
 from spiral_gripper.studio.closing import Closings, StoppedError
 from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
 from spiral_gripper.studio.pull import pull_frames
@@ -81,7 +87,7 @@ def test_the_same_ends_of_an_axis_are_not_sent_again():
     chart, data = Chart(), (np.zeros(1),)
     vars(chart)["scales"] = chart_scales(None, 1.0e5)
     for pressure_max in (1.0e5, 1.2e5, 1.2e5):
-        draw(chart, data, chart_scales(None, pressure_max))
+        update_chart(chart, data, chart_scales(None, pressure_max))
     assert sent == ["data", "scales", "data", "data"]
 
 

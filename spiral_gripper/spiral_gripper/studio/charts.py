@@ -16,7 +16,6 @@ from spiral_gripper.studio.session import Answer
 
 RED, PALE, DARK = "#c8553d", "#7ba7b4", "#2f4858"
 
-
 # The axes of a chart follow its data, the one upwards from zero: the browser sees to it.
 FOLLOWING = {
     "x": uplot.Scale(time=False),
@@ -53,7 +52,7 @@ def add_chart(
     )
 
 
-def draw(
+def update_chart(
     chart: viser.GuiUplotHandle, data: tuple[Array, ...], scales: dict[str, uplot.Scale]
 ) -> None:
     """Draw curves between the ends of their axes; the same ends are not sent again.

@@ -28,9 +28,9 @@ from spiral_gripper.studio.charts import (
     add_chart,
     chart_data,
     chart_scales,
-    draw,
     force_data,
     force_scales,
+    update_chart,
 )
 from spiral_gripper.studio.closing import Closings, StoppedError, in_time
 from spiral_gripper.studio.controls import Controls
@@ -182,8 +182,8 @@ class Page:
             self._words.content = self._said(session, state)
             radius, pressure, most = settings.object_radius, settings.pressure, gripper.pressure_max
             wraps = chart_data(answer, radius, pressure)
-            draw(self._chart, wraps, chart_scales(answer, most))
-            draw(self._forces, force_data(answer, pressure), force_scales(answer, most))
+            update_chart(self._chart, wraps, chart_scales(answer, most))
+            update_chart(self._forces, force_data(answer, pressure), force_scales(answer, most))
 
     def _draw(self, session: Session, state: RodState, answer: Answer | None) -> None:
         """Draw the coil in contact with a ghost of the free one; where there is none, the free."""
