@@ -314,6 +314,13 @@ def test_what_is_said_to_be_carried_at_most_is_carried() -> None:
     assert low <= grip.recommended_pressure(1e-4) <= high
 
 
+def test_curling_does_not_hang_on_the_number_of_elements() -> None:
+    """With friction: where the rod touches anew, its iteration must not choose a state."""
+    setup = lay_into_coil(load_gripper("paper_design_70"), 0.03)
+    onsets = [grip_window(replace(setup, elements=n)).onset_curling for n in (120, 180, 200)]
+    assert max(onsets) == pytest.approx(min(onsets), rel=3e-4)
+
+
 @pytest.mark.slow
 def test_twice_the_elements_change_a_grip_by_little() -> None:
     """Onsets are located to 0.2 %; the mesh adds as much."""

@@ -169,6 +169,15 @@ NO_ANSWERS = [
 ]
 
 
+def test_an_overflow_is_no_small_residual() -> None:
+    far = Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.5), (0.0, 1.0, 0.0))
+    problem = RodProblem(TUBE, RodLoad(tip_force=(0.0, 1e200, 0.0)), obstacles=(far,))
+    with np.errstate(all="ignore"):
+        state = solve_rod(problem, elements=20, throw=False)
+    assert np.isnan(state.residual)
+    assert not state.stable
+
+
 @pytest.mark.parametrize(("status", "elements", "problem"), NO_ANSWERS)
 def test_what_has_no_answer_has_a_status_that_says_why(
     status: RodStatus | None, elements: int | None, problem: RodProblem

@@ -562,7 +562,7 @@ class Newton:
             reach = max(reach, float(-((contact.gap + moved) * self.touchable).min()))
         width = min(max(reach, 1e-5 * length), 0.05 * length)
         barrier = 0.01 * self.force * width * min(1.0, max(solution.residual, 0.1))
-        move = float(np.sqrt(np.max(np.sum(self.step.nodes[:, 3:] ** 2, axis=1))))
+        _, move = largest_motion(self.step.nodes)
         slip = max(0.1 * min(move, 0.01 * length), 10.0 * self.last_slip)
         for contact in solution.contacts:
             if contact.rubs:

@@ -81,6 +81,7 @@ def frame_of(obstacle: Obstacle) -> Array:
 def _frame(orientation: Quaternion) -> Array:
     """Return :func:`frame_of` an obstacle so turned."""
     frame: Array = matrices(np.array([orientation]))[0]
+    frame.setflags(write=False)  # it is everybody's
     return frame
 
 
