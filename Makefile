@@ -34,7 +34,7 @@ TESTS = $(if $(filter yes,$(WITH_ROS)),,$(WITHOUT_ROS))
 VERSION = $(shell $(BIN)/python -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 TYPED = $(if $(filter yes,$(WITH_ROS)),,-p spiral_core -p spiral_gripper)
 
-.PHONY: fuzz cycles kilted docs help demo test test-fast test-slow test-generic lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
+.PHONY: fuzz cycles grip-tables kilted docs help demo test test-fast test-slow test-generic lint check colcon pure lower-bounds format figures validation bench bench-ros install clean distclean
 .DELETE_ON_ERROR:
 
 help:
@@ -51,6 +51,7 @@ help:
 	@echo 'make format        format the sources as make test requires'
 	@echo 'make docs          the documentation as a site, in docs/_site'
 	@echo 'make figures       draw the pictures of the documentation'
+	@echo 'make grip-tables   compute the tables of grips of the shipped grippers (some ten minutes)'
 	@echo 'make validation    compute docs/validation.md and validation_grip.md: what the paper states, what we compute'
 	@echo 'make bench         measure the figures that the documentation states (ONLY="solves wraps": some)'
 	@echo 'make bench-ros     measure the node: latency, load, endurance, start (some eight minutes)'
@@ -137,6 +138,9 @@ figures: $(INSTALLED_DEV)
 	$(BIN)/python docs/section_figures.py
 	$(BIN)/python docs/derivation_figures.py
 	PYTHONPATH=. $(BIN)/python docs/contact_figures.py
+
+grip-tables: $(INSTALLED)
+	for file in spiral_gripper/spiral_gripper/config/*.yaml; do $(BIN)/spiral-gripper grip $$file --table || exit; done
 
 docs: $(INSTALLED_DEV)
 	@$(STEP) $(LOGS)/install-docs.log "Installing Sphinx" $(BIN)/python -m pip install 'spiral-gripper[docs]'

@@ -31,14 +31,14 @@ from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from benchmarks.rounding import AGREE, GRAVITY, MOUNTS
 from spiral_core import Gripper, SpiralError, WrapCurve, grip_window, lay_into_coil
+from spiral_core.grip.curve import GripQuestion
 from spiral_core.grip.setup import friction_of
+from spiral_core.grip.tabulate import solve_curve
 from spiral_gripper import available_grippers, load_gripper
 from spiral_gripper.cli.main import run
 from spiral_gripper.files.description import load_description
 from spiral_gripper.studio.session import Answer, Session
 from spiral_gripper.studio.settings import settings_of
-from spiral_gripper_ros.planning.grip_figures import GripQuestion
-from spiral_gripper_ros.planning.grip_solution import solve_figures
 
 KEPT = RESULTS / "verdicts.jsonl"
 DESIGNS = RESULTS / "designs"
@@ -155,7 +155,7 @@ def by_python(question: Question) -> Verdict:
 def by_node(question: Question) -> Verdict:
     """Return what the node's process computes."""
     try:
-        return solve_figures(GripQuestion(mounted(question), question.radius)).onset_wrap
+        return solve_curve(GripQuestion(mounted(question), question.radius)).onset_wrap
     except SpiralError:
         return None
 

@@ -49,12 +49,11 @@ def check_package(name: str, install: Path, root: Path) -> None:
 
 def check_files(root: Path) -> None:
     """Check that description files, launch and other shared files, and executables are there."""
-    shipped = sorted(
-        path.name for path in (root / "spiral_gripper/spiral_gripper/config").glob("*.yaml")
-    )
+    config = root / "spiral_gripper/spiral_gripper/config"
+    shipped = sorted(path.name for path in config.iterdir() if path.is_file())
     folder = resources.files("spiral_gripper") / "config"
-    found = sorted(entry.name for entry in folder.iterdir() if entry.name.endswith(".yaml"))
-    require(shipped != [] and found == shipped, f"description files: {found}, not {shipped}")
+    found = sorted(entry.name for entry in folder.iterdir() if entry.is_file())
+    require(shipped != [] and found == shipped, f"files of grippers: {found}, not {shipped}")
     prefix = Path(get_package_prefix("spiral_gripper_ros"))
     for folder in SHARED:
         sources = [p for p in (root / "spiral_gripper_ros" / folder).iterdir() if p.is_file()]

@@ -13,7 +13,7 @@ setup(
     name=NAME,
     version=ElementTree.parse("package.xml").findtext("version"),
     packages=find_packages(include=[NAME, f"{NAME}.*"]),
-    package_data={NAME: ["py.typed", "*.pyi", "config/*.yaml", "config/tubing/*.yaml"]},
+    package_data={NAME: ["py.typed", "*.pyi", "config/*.*", "config/tubing/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),

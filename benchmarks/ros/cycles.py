@@ -64,7 +64,7 @@ class Rig:
 
     Args:
         seed: of everything that is random.
-        grip_radii: of the table of grips; 0: no grip is known.
+        grip_radii: whose grips answer questions; 0: no grip is known, not even of the table.
     """
 
     def __init__(self, seed: int, grip_radii: int = 0) -> None:
@@ -454,7 +454,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("count", nargs="?", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--grip-radii", type=int, default=6, help="of the table of grips; 0: none")
+    parser.add_argument("--grip-radii", type=int, default=6, help="of the grips solved; 0: none")
     given = parser.parse_args()
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     rclpy.logging.set_logger_level("", rclpy.logging.LoggingSeverity.FATAL)

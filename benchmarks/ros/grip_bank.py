@@ -9,12 +9,13 @@ from dataclasses import replace
 from random import Random
 from typing import Any
 
+import numpy as np
+
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.curve import GripCurve, GripQuestion
+from spiral_core.grip.tabulate import solve_curve
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_solution import solve_figures
-from spiral_gripper_ros.planning.grip_table import table_radii
 
 # Share of the questions that are answered with a refusal.
 REFUSED = 0.1
@@ -34,17 +35,17 @@ class GripBank:
 
     def __init__(self, gripper: Gripper, count: int, random: Random) -> None:
         curve = WrapCurve(gripper)
-        radii = table_radii(1.03 * curve.radius_min, 0.97 * curve.radius_max, count)
-        self._solved = {radius: solve_figures(GripQuestion(gripper, radius)) for radius in radii}
+        radii = np.geomspace(1.03 * curve.radius_min, 0.97 * curve.radius_max, count).tolist()
+        self._solved = {radius: solve_curve(GripQuestion(gripper, radius)) for radius in radii}
         self._random = random
         self.answered = self.refused = 0
 
     def submit(
         self, solve: Callable[..., Any], question: GripQuestion, is_wanted: Callable[[], bool]
-    ) -> Future[GripFigures]:
+    ) -> Future[GripCurve]:
         """Return the answer, as a pool would that has just computed it."""
         del solve, is_wanted
-        answer: Future[GripFigures] = Future()
+        answer: Future[GripCurve] = Future()
         try:
             answer.set_result(self._answer(question))
         except SpiralError as error:
@@ -52,7 +53,7 @@ class GripBank:
             answer.set_exception(error)
         return answer
 
-    def _answer(self, question: GripQuestion) -> GripFigures:
+    def _answer(self, question: GripQuestion) -> GripCurve:
         if self._random.random() < REFUSED:
             raise NotGrippableError(question.radius, "refused at random", 0.0, None)
         nearest = min(self._solved, key=lambda radius: abs(radius - question.radius))

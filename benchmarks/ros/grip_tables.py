@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's table of grips next to exact ones: ``python -m benchmarks.ros.grip_tables GRIPPER``.
+"""A table of grips next to exact ones: ``python -m benchmarks.ros.grip_tables GRIPPER``.
 
-The table is refined as in the node, grip by grip. Then objects between its radii are closed on and
-pulled at some pressures, and what the table says of them there is compared. Some minutes a gripper.
+The table is that of the file beside the gripper's description. Objects between its radii are closed
+on and pulled at some pressures, and what the table says of them there is compared. Some minutes a
+gripper.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,20 +16,15 @@ import numpy as np
 from spiral_core.errors import SpiralError
 from spiral_core.grip.holding import Pull, holding_force
 from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.table import NEGLIGIBLE, GripTable
 from spiral_core.grip.window import GripWindow, grip_window
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper import load_gripper
-from spiral_gripper_ros.parameters.table import PARAMETERS
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_follower import MARGIN
-from spiral_gripper_ros.planning.grip_solution import solve_figures
-from spiral_gripper_ros.planning.grip_table import NEGLIGIBLE, RefiningTable, table_radii
-from spiral_gripper_ros.planning.planner import GripperPlanner
+from spiral_gripper import load_description
+from spiral_gripper.files.grips import read_grips
 
 PULLS = ("away", "towards", "down")
 # Pressures of the comparison, as multiples of the exact onset; what is past the loss is left out.
 MULTIPLES = (1.0, 1.05, 1.1, 1.15, 1.2)
-Solve = Callable[[GripQuestion], GripFigures]
 
 
 @dataclass(slots=True)
@@ -49,20 +44,10 @@ class Comparison:
     not_held: list[float] = field(default_factory=list)
 
 
-def refined_table(gripper: Gripper, count: int, solve: Solve) -> RefiningTable:
-    """Return the table that a node ends up with."""
-    low, high = GripperPlanner(gripper).radius_range
-    table = RefiningTable(table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count))
-    while (radius := table.next_radius()) is not None:
-        table = table.added(radius, _entry(gripper, radius, solve))
-    return table
-
-
-def compare(gripper: Gripper, table: RefiningTable, count: int) -> Comparison:
+def compare(gripper: Gripper, table: GripTable, count: int) -> Comparison:
     """Return how far a table is off ``count`` exact grips, evenly over its range."""
-    low, high = GripperPlanner(gripper).radius_range
-    ends = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count + 1)
-    compared = Comparison(tuple(float(r) for r in np.sqrt(np.multiply(ends[:-1], ends[1:]))))
+    ends = np.geomspace(table.radii[0], table.radii[-1], count + 1)
+    compared = Comparison(tuple(np.sqrt(ends[:-1] * ends[1:]).tolist()))
     for radius in compared.radii:
         window = _window(gripper, radius)
         if window is None:
@@ -75,7 +60,7 @@ def compare(gripper: Gripper, table: RefiningTable, count: int) -> Comparison:
     return compared
 
 
-def _errors(table: RefiningTable, radius: float, window: GripWindow) -> dict[str, float]:
+def _errors(table: GripTable, radius: float, window: GripWindow) -> dict[str, float]:
     """Return by how much a table is off at most, by name; empty where it does not tell."""
     largest = dict[str, float]()
     onset = window.onset_wrap or 0.0
@@ -97,13 +82,6 @@ def _errors(table: RefiningTable, radius: float, window: GripWindow) -> dict[str
         for name, value in exact.items():
             largest[name] = max(largest.get(name, 0.0), abs(getattr(told, name) - value) / value)
     return largest
-
-
-def _entry(gripper: Gripper, radius: float, solve: Solve) -> GripFigures | None:
-    try:
-        return solve(GripQuestion(gripper, radius))
-    except SpiralError:
-        return None
 
 
 def _window(gripper: Gripper, radius: float) -> GripWindow | None:
@@ -130,11 +108,9 @@ def main() -> None:
     parser.add_argument("grippers", nargs="*", default=["paper_design_70", "prototype_p1"])
     parser.add_argument("--objects", type=int, default=12, help="between the radii of the table")
     given = parser.parse_args()
-    (count,) = (int(str(spec.default)) for spec in PARAMETERS if spec.name == "grip.table_radii")
     for name in given.grippers:
-        gripper = load_gripper(name)
-        table = refined_table(gripper, count, solve_figures)
-        _print(name, compare(gripper, table, given.objects))
+        description = load_description(name)
+        _print(name, compare(description.gripper, read_grips(description), given.objects))
 
 
 if __name__ == "__main__":

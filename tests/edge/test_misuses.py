@@ -132,6 +132,12 @@ MISUSES = {
     "{D} --save {folder}/good.yaml": "exists already and is kept",
     "{D} --report x.doc": ".md, .html",
     "{D} --json --json=yes": "does not take a value",
+    # grip --table
+    "grip prototype_p1 --table": "copy the file first: spiral-gripper grippers show prototype_p1 >",
+    "grip {folder}/good.yaml --table --radius '9 mm' --friction 0.5": "with --radius, --friction:",
+    "grip {folder}/good.yaml --table --gravity-direction 0 0 1": "go with --gravity-direction:",
+    "grip {folder}/good.yaml --table --table-radii 1": "2<=x<=50",
+    "grip prototype_p1 --radius '9 mm' --table-radii 9": "--table-radii goes with --table",
     # capture
     "capture prototype_p1 --radius '9 mm' --pressure '1 MPa'": "is above limits.pressure_max",
     "capture prototype_p1 --radius '9 mm' --payload '1 g' --gravity-magnitude '0 m/s^2'": "needs",

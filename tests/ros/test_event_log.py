@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 from ros.control_bench import LIMITS, snapshot
 
+from spiral_gripper.files.storage import FileError
 from spiral_gripper_ros.control.limits import TimeoutPolicy
 from spiral_gripper_ros.control.states import Reason, Refusal, State
 from spiral_gripper_ros.runtime.event_log import BURST, PERIOD, EventLog
@@ -104,3 +105,7 @@ def test_clock_range_limits_and_other_commanders_are_told(log):
     assert log.lines[3] == ("info", "p1: grips radii from 10 to 41.2 mm, with at most 55 kPa")
     for told in ("at most 90 kPa, 100 kPa/s up, 200 kPa/s down, grip.ratio 1;", "stop: ramp_down"):
         assert told in log.lines[4][1]
+    for action in ("read", "used"):
+        log.log.tell_no_table(FileError("a.json", action, "what to do"))
+    said = "no table of grips: a.json cannot be {}: what to do"
+    assert log.lines[5:] == [("info", said.format("read")), ("warning", said.format("used"))]

@@ -2,6 +2,7 @@
 """What control loop, messages and clients make of grips."""
 
 import math
+import shutil
 from concurrent.futures import Future
 from dataclasses import replace
 from types import SimpleNamespace
@@ -9,18 +10,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
+from core.grip_cases import DOWN, figures, table_of
 from rclpy.parameter import Parameter
-from ros.grip_stand_ins import DOWN, figures
 from ros.harness import all_finite, deliver, plan_request
 from std_msgs.msg import Float64, Header
 
-from spiral_core import NotGrippableError
+from spiral_core import NotGrippableError, WrapCurve
+from spiral_gripper.files.catalog import GRIPPERS
+from spiral_gripper.files.grips import read_grips
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.actions.grasp import GraspServer
 from spiral_gripper_ros.client.goals import result_of_wrap
 from spiral_gripper_ros.control.grasp import GraspGoal
+from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import vector_from_msg
 from spiral_gripper_ros.messages.grip import grip_to_msg
@@ -31,13 +35,17 @@ from spiral_gripper_ros.tools.commands import grip_lines
 
 
 class KnownGrips:
-    """A node in this process and its time; questions about grips are answered at once."""
+    """A node in this process and its time; questions about grips are answered at once.
 
-    def __init__(self, namespace):
+    Its table has the same answers where ``patch`` puts it in the shipped one's place.
+    """
+
+    def __init__(self, namespace, patch=lambda *_: None):
         self.time, self.told, self.asked = 100.0, {}, []
         # The wrap begins, curls and is lost at these multiples of the tip criterion's pressure.
         self.onset, self.curling, self.loss = 0.98, 1.05, 1.3
         self.never = None  # radius that contact never wraps
+        patch("spiral_gripper_ros.runtime.runtime.read_grips", self.table)
         self.node = GripperNode(namespace=namespace)
         self.runtime = self.node.runtime
         self.runtime.now = lambda: self.time
@@ -46,6 +54,16 @@ class KnownGrips:
         self.runtime.background.solve_grip = self.solve
         self.set({"pressure.rate_up": 1.0e6, "radius.timeout": 600.0, "grip.ratio": 1.0})
         assert self.node.start()
+
+    def table(self, description):
+        radii, curve = (0.006, 0.018, 0.035), WrapCurve(description.gripper)
+        return table_of(radii, [self.figures(curve.pressure_from_radius(r)) for r in radii])
+
+    def use(self, **multiples):
+        """Load the gripper again, with a table of other windows."""
+        for name, value in multiples.items():
+            setattr(self, name, value)
+        self.runtime.load()
 
     def set(self, values):
         self.node.set_parameters([Parameter(name, value=value) for name, value in values.items()])
@@ -65,12 +83,14 @@ class KnownGrips:
         self.asked.append(question)
         if question.radius == self.never:
             raise NotGrippableError(question.radius, "the tube passes by", 0.0, None)
-        tip = self.runtime.loaded.planner.curve.pressure_from_radius(question.radius)
+        return self.figures(self.runtime.loaded.planner.curve.pressure_from_radius(question.radius))
+
+    def figures(self, tip):
         grip = figures(tip, curling=self.curling * tip, loss=self.loss * tip)
         return replace(grip, onset_wrap=self.onset * tip)
 
     def follow(self, radius, duration=0.7, **values):
-        """Follow a radius for long enough that the table and then its own grip are solved."""
+        """Follow a radius for long enough that its own grip is solved."""
         self.set({f"grip.{name}": value for name, value in values.items()})
         for _ in range(round(duration / 0.02)):
             self.time += 0.02
@@ -101,7 +121,7 @@ class KnownGrips:
 @pytest.fixture
 def known(namespace, monkeypatch):
     monkeypatch.setattr(Outputs, "markers_are_wanted", True)
-    known = KnownGrips(namespace)
+    known = KnownGrips(namespace, monkeypatch.setattr)
     yield known
     known.node.vent()
     known.node.destroy_node()
@@ -117,11 +137,12 @@ def known(namespace, monkeypatch):
     ],
 )
 def test_the_pressure_lies_within_the_window(known, onset, curling, ratio, part):
-    known.onset, known.curling = onset, curling
-    known.follow(None, ratio=ratio)
-    seen = known.follow(0.02, duration=0.2)
+    known.use(onset=onset, curling=curling)
+    seen = known.follow(0.02, duration=0.02, ratio=ratio)  # the first command
+    assert not known.asked
     assert seen.pressure_target == pytest.approx(part * seen.plan.wrap.pressure, rel=1e-3)
     assert known.plan().figures[0].pressure == seen.pressure_target
+    assert known.follow(0.02).pressure_target == seen.pressure_target
     assert {question.rate for question in known.asked} == {1.0e6}  # of the node's ramp
 
 
@@ -179,7 +200,7 @@ def test_where_the_object_is_seen_the_regime_and_the_drawing_are_those_of_the_co
     known.follow(0.02)
     assert place() == (0.1, 0.0, 0.0)
     assert not known.told["wrap"].regime_from_contact
-    known.onset, known.curling, known.loss = 0.8, 0.9, 1.9
+    known.onset, known.curling, known.loss = 0.8, 0.9, 1.9  # there; the table's stay
     known.runtime.objects.offer((0.1, 0.02, 0.0), (0.0, 0.0, 1.0), known.time, 0.0, 600.0)
     known.follow(0.02, duration=0.02)
     assert not known.told["wrap"].grip  # the table does not stand for a place of its own
@@ -188,6 +209,58 @@ def test_where_the_object_is_seen_the_regime_and_the_drawing_are_those_of_the_co
     assert (told.regime_from_contact, told.grip[0].at_pose) == (True, True)
     assert known.told["status"].regime == GripStatus.REGIME_CURLING
     assert place() == (0.1, 0.02, 0.0)
+
+
+def test_with_a_shipped_gripper_the_first_command_is_that_of_its_table_and_stays(namespace):
+    known = KnownGrips(namespace)
+    loaded = known.runtime.loaded
+    tip = loaded.planner.curve.pressure_from_radius(0.02)
+    table = read_grips(loaded.description)
+    assert table.rate == Limits(pressure_cap=1.0e5).pressure_rate_up  # settling times as they are
+    onset, highest, _ = table.window(0.02, tip)
+    first = known.follow(0.02, duration=0.02, ratio=math.nan)
+    assert first.pressure_target == pytest.approx(0.5 * (onset + highest))
+    assert known.told["wrap"].grip[0].onset_wrap == pytest.approx(onset)
+    assert known.follow(0.02, duration=2.0).pressure_target == first.pressure_target
+    assert known.told["wrap"].grip[0].onset_wrap == pytest.approx(0.98 * tip)  # its own
+    known.node.vent()
+    known.node.destroy_node()
+
+
+def test_away_from_the_tables_gravity_nothing_is_recommended(known):
+    def turn(*gravity):
+        known.set({"gravity.vector": gravity})
+        known.runtime.background.gravity.submit(int).result()  # planned for
+
+    known.use(curling=1.08)
+    turn(9.0, 2.0, 3.0)
+    seen = known.follow(0.02, duration=0.4, ratio=math.nan)
+    assert seen.pressure_target == pytest.approx(1.1 * seen.plan.pressure)
+    assert not known.told["wrap"].grip
+    turn(9.8, 0.5, 0.0)
+    seen = known.follow(0.02, duration=0.2)
+    assert seen.plan.recommended == pytest.approx(1.03 * seen.plan.wrap.pressure)
+    # Not held more loosely, now that its grip is known.
+    assert seen.pressure_target == pytest.approx(1.08 * seen.plan.wrap.pressure)
+
+
+def test_without_a_table_that_can_be_used_one_line_says_how_to_make_it(namespace, tmp_path):
+    text = (GRIPPERS.path / "prototype_p1.yaml").read_text(encoding="utf-8")
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(text, encoding="utf-8")
+    known, told = KnownGrips(namespace), []
+    known.runtime.log.tell_no_table = told.append
+    known.set({"gripper": str(mine)})
+    known.follow(0.02, duration=0.4)
+    shutil.copy(GRIPPERS.path / "paper_design_70.grips.json", tmp_path / "mine.grips.json")
+    known.set({"gripper": "prototype_p1"})
+    known.set({"gripper": str(mine)})
+    known.follow(0.02, duration=0.4)
+    assert known.runtime.loaded.grips.table(DOWN) is None
+    assert [error.action for error in told] == ["read", "used"]
+    assert all(f"spiral-gripper grip {mine} --table makes it" in str(error) for error in told)
+    known.node.vent()
+    known.node.destroy_node()
 
 
 def message_of(pressure=5.25e4, payload=0.02, gravity=DOWN, **changed):

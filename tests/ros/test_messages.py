@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from ros.control_bench import snapshot
-from ros.grip_stand_ins import unknown_grips
 from ros.harness import all_finite
 from std_msgs.msg import Header
 
@@ -27,6 +26,7 @@ from spiral_gripper_ros.messages.conversions import (
     wrap_to_msg,
 )
 from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
+from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import rotated
 from spiral_gripper_ros.planning.planner import NoPlanner
@@ -67,7 +67,7 @@ def test_every_number_of_an_interface_says_its_unit_and_the_package_exports_it(n
 
 @pytest.fixture
 def loaded(planner):
-    grips = unknown_grips(planner.gripper, planner.gravity)
+    grips = GripFollower(planner.gripper, planner.gravity, None, None, None)
     loaded = LoadedGripper(load_description("paper_design_70"), planner.gravity, None, grips)
     loaded.planner = planner
     return loaded

@@ -7,7 +7,6 @@ from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
-from ros.grip_stand_ins import unknown_grips
 
 from spiral_core import (
     InvalidInputError,
@@ -23,6 +22,7 @@ from spiral_core.rod.state import RodStatus
 from spiral_core.wrap.wrap import line_force
 from spiral_gripper import load_description
 from spiral_gripper_ros.control.states import refusal_from_error
+from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import MEASURED_STEP, LoadedGripper
 from spiral_gripper_ros.planning.planner import (
     GripperPlanner,
@@ -38,7 +38,7 @@ HANGING = (9.80665, 0.0, 0.0)
 
 
 def loading(description, gravity, pool):
-    grips = unknown_grips(description.gripper, gravity)
+    grips = GripFollower(description.gripper, gravity, None, None, None)
     return LoadedGripper(description, gravity, pool, grips)
 
 
@@ -64,7 +64,7 @@ def pool():
 
 @pytest.fixture
 def mount(planner, gripper, pool):
-    grips = unknown_grips(gripper, planner.gravity)
+    grips = GripFollower(gripper, planner.gravity, None, None, None)
     mount = LoadedGripper(load_description("paper_design_70"), planner.gravity, pool, grips)
     mount.planner = planner
     return mount

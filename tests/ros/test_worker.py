@@ -14,11 +14,11 @@ import pytest
 from ros.harness import design_request
 
 from spiral_core import NotGrippableError
+from spiral_core.grip.curve import GripQuestion
 from spiral_gripper import load_description
 from spiral_gripper_ros.node.design_service import requirement_from_msg
 from spiral_gripper_ros.planning import design as limited_design
 from spiral_gripper_ros.planning.design import design
-from spiral_gripper_ros.planning.grip_figures import GripQuestion
 from spiral_gripper_ros.planning.planner import compile_all
 from spiral_gripper_ros.planning.worker import (
     EndedError,

@@ -3,18 +3,27 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
-from spiral_gripper.cli.output import print_json, print_result, print_rows, write_picture
+from spiral_gripper.cli.output import (
+    print_json,
+    print_result,
+    print_rows,
+    say_written,
+    write_picture,
+)
 from spiral_gripper.cli.requirement import gravity_from
 from spiral_gripper.cli.types import (
     FORCE,
     PRESSURE,
+    Suffixed,
     flag,
     friction_option,
     gripper_argument,
@@ -39,6 +48,12 @@ if TYPE_CHECKING:
     from spiral_gripper.files.description import GripperDescription
     from spiral_gripper.reports.grip.document import GripQuestion, SolvedGrip
     from spiral_gripper.reports.grip.sensitivity import Varied
+
+# Options of grip that go with --table.
+_OF_A_TABLE = ("gripper", "--table", "--table-radii", "--json", "--units")
+# Settling times of a table follow ramps at this rate [Pa/s], the default of the node's
+# pressure.rate_up.
+RAMP = 15.0e3
 
 
 @click.command()
@@ -166,6 +181,17 @@ def wrap(
     "that changes.",
 )
 @option("--force-max", FORCE, "Greatest sum of normal forces on the object.")
+@flag(
+    "--table",
+    "Write the grips on all radii, as the file describes the gripper, to NAME.grips.json beside "
+    "it, for the ROS 2 node. Takes some minutes.",
+)
+@option(
+    "--table-radii",
+    click.IntRange(2, 50),
+    "Number of radii that a table begins with; up to eight times as many where it is refined.",
+    shown=6,
+)
 @sensitivity_option
 @mount_options
 @output_options
@@ -173,6 +199,8 @@ def wrap(
 def grip(
     gripper: str,
     find_place: bool,
+    table: bool,
+    table_radii: int,
     sensitivity: bool,
     as_json: bool,
     plot: Path | None,
@@ -184,8 +212,14 @@ def grip(
     the coil, along --object-axis or along the coil's own direction, and the pressure rises slowly.
     Forces are computed by moving the object until it slips, with contact and friction. With
     --pressure the figures are those at the first one given, else at the recommended pressure. Exit
-    code 1: no pressure looked at carries the payload within the greatest force.
+    code 1: no pressure looked at carries the payload within the greatest force; or no radius of
+    the --table is held.
     """
+    given = _options_given()
+    if table:
+        return _tabulate(gripper, table_radii, given, as_json)
+    if "--table-radii" in given:
+        raise click.UsageError("--table-radii goes with --table")
     if (options["radius"] is None) == (options["profile"] is None):
         raise click.UsageError("give either --radius or --profile")
     from spiral_gripper.reports.grip.document import GripQuestion, solve_question
@@ -220,6 +254,64 @@ def grip(
         figure = grip_figure(solved.grip, f"{mount.name} on {what}", solved.point.pressure)
         write_picture(figure, plot)
     return 0 if solved.refusal is None else 1
+
+
+def _options_given() -> list[str]:
+    """Return the options of this command that were typed."""
+    context = click.get_current_context()
+    sources = {
+        one.opts[0]: context.get_parameter_source(str(one.name)) for one in context.command.params
+    }
+    return [name for name, source in sources.items() if source is ParameterSource.COMMANDLINE]
+
+
+def _tabulate(gripper: str, count: int, given: list[str], as_json: bool) -> int:
+    """Write the table of grips of a description file beside it; return the exit code.
+
+    Raises:
+        click.UsageError: another option was given, or the name of a shipped gripper.
+    """
+    others = [name for name in given if name not in _OF_A_TABLE]
+    if others:
+        raise click.UsageError(
+            f"--table does not go with {', '.join(others)}: its grips are those that the file "
+            "describes, for all radii"
+        )
+    from spiral_core.grip.table import TOLERANCE
+    from spiral_core.grip.tabulate import solve_table
+    from spiral_gripper.cli.workers import core_count, process_pool
+    from spiral_gripper.files.catalog import available_grippers
+    from spiral_gripper.files.grips import grips_path, write_grips
+    from spiral_gripper.files.shown import shown, shown_range
+
+    if gripper in available_grippers():
+        raise click.UsageError(
+            f"{gripper} comes with its table; for one of your own copy the file first: "
+            f"spiral-gripper grippers show {gripper} > mine.yaml"
+        )
+    description = described(gripper)
+    path = Suffixed((".json",)).convert(grips_path(description), None, None)
+    with (
+        process_pool(core_count()) as executor,
+        progress_bar("closing, then pulling", quiet=as_json) as progress,
+    ):
+        found = solve_table(description.gripper, count, RAMP, executor, progress)
+    write_grips(found, description)
+    pairs = zip(found.radii, found.grips, strict=True)
+    not_held = [radius for radius, held in pairs if held is None]
+    known = [error for error in found.errors if error < math.inf]
+    error = max(known, default=None)
+    if as_json:
+        print_json({"path": str(path), "radii": found.radii, "error": error, "not_held": not_held})
+    else:
+        click.echo(
+            f"{description.gripper.name}: {len(found.radii)} radii "
+            f"{shown_range(found.radii[0], found.radii[-1])}; forces between them are off by at "
+            f"most {100.0 * (error or 0.0):.2g} %, and not stated above {100.0 * TOLERANCE:g} %; "
+            f"not held: {', '.join(shown(radius, 'm') for radius in not_held) or 'none'}"
+        )
+        say_written(path)
+    return 0 if len(not_held) < len(found.radii) else 1
 
 
 def _varied(

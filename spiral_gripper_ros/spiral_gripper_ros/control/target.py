@@ -71,7 +71,7 @@ class Target:
         """Plan for ``radius`` [m] and make it the target, or return why not and change nothing.
 
         Without an overpressure it is that of :func:`default_overpressure`. An object that stays
-        in use is not held more loosely because its grip becomes known.
+        in use is not held more loosely because its grip becomes known, as when an arm turns.
         """
         try:
             plan = planner.plan(radius)

@@ -12,6 +12,7 @@ from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from numpy.typing import NDArray
 from rclpy.clock import Clock
 
+from spiral_core.grip.curve import TubeShape
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.placement import ObjectPlacement
@@ -19,7 +20,6 @@ from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_msgs.msg import GripStatus, Wrap, WrapFigures
 from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.planning.grip_figures import TubeShape
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import Quaternion as Turn
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement, object_line

@@ -39,6 +39,7 @@ class Health:
         commanders: nodes that publish pressure_command, this one included.
         object_problem: why the newest object_pose is not used; empty: nothing is wrong with it.
         object_poses_refused: since activation.
+        has_table: whether the table of grips applies at the present gravity.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Health:
     commanders: int = 1
     object_problem: str = ""
     object_poses_refused: int = 0
+    has_table: bool = False
 
 
 def diagnostics_to_msg(
@@ -91,6 +93,7 @@ def diagnostics_to_msg(
         "pressure fault": fault.reason.name,
         "radii accepted": snapshot.accepted,
         "object poses refused": health.object_poses_refused,
+        "table of grips applies": health.has_table,
         "internal errors": health.internal_errors,
     }
     for reason in Reason:

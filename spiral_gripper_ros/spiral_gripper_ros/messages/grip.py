@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import math
 
+from spiral_core.grip.curve import GripAnswer
 from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import Grip
 from spiral_gripper_ros.messages.conversions import filled
-from spiral_gripper_ros.planning.grip_figures import GripAnswer
 
 
 def grip_to_msg(

@@ -14,12 +14,12 @@ from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from spiral_core.grip.curve import TubeShape
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.messages.conversions import picked_nodes, pose_along
-from spiral_gripper_ros.planning.grip_figures import TubeShape
 
 # One marker in each namespace, with id 0.
 TUBE, MEASURED_TUBE, FIBER, OBJECT, TEXT = NAMESPACES = (

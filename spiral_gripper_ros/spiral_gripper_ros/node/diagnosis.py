@@ -31,7 +31,7 @@ class Diagnosis:
         node.create_timer(PERIOD, self.tell, clock=STEADY)
 
     def _tell(self) -> None:
-        node, runtime = self._node, self._runtime
+        node, runtime, loaded = self._node, self._runtime, self._runtime.loaded
         stands_still = runtime.is_active and runtime.clock.standstill() > LONGEST_STANDSTILL
         runtime.log.tell_clock(stands_still)
         runtime.follow_grips()  # an inactive node has no tick that does
@@ -39,12 +39,13 @@ class Diagnosis:
         runtime.log.tell_others(commanders)
         health = Health(
             name=node.get_fully_qualified_name(),
-            hardware_id="" if runtime.loaded is None else runtime.loaded.gripper.name,
+            hardware_id="" if loaded is None else loaded.gripper.name,
             internal_errors=runtime.errors.count,
             clock_stands_still=stands_still,
             commanders=commanders,
             object_problem=runtime.objects.problem,
             object_poses_refused=runtime.objects.refused,
+            has_table=loaded is not None and loaded.grips.table(loaded.gravity) is not None,
         )
         stamp = node.get_clock().now().to_msg()
         message = diagnostics_to_msg(health, runtime.control.snapshot(), stamp)

@@ -8,12 +8,12 @@ from typing import Any
 
 from rclpy.node import Node
 
+from spiral_core.grip.curve import GripCurve, TubeShape
 from spiral_core.rod.state import RodState
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.messages.markers import Scene, no_markers, scene_to_msg
 from spiral_gripper_ros.node.robot_state import RobotState
-from spiral_gripper_ros.planning.grip_figures import GripFigures, TubeShape
 from spiral_gripper_ros.planning.grip_follower import InUse
 from spiral_gripper_ros.planning.planner import GripShape
 from spiral_gripper_ros.process.guards import log_on_error
@@ -68,9 +68,10 @@ class Display:
         found, placement = None, loaded.placement(snapshot.plan)
         if snapshot.radius is not None:
             found = loaded.grips.found(InUse(snapshot.radius, seen))
-        grip = found if isinstance(found, GripFigures) else None
-        if placement is not None and (seen or grip):  # else where the wrap expects it
-            at: Any = seen or grip
+        grip = found if isinstance(found, GripCurve) else None
+        held = grip and grip.shapes
+        if placement is not None and (seen or held):  # else where the wrap expects it
+            at: Any = seen or held
             placement = replace(placement, center=at.center, axis=at.axis)
         scene = Scene(
             commanded=_on_object(grip, snapshot.pressure_command, loaded.commanded.shape),
@@ -92,7 +93,7 @@ class Display:
 
 
 def _on_object(
-    grip: GripFigures | None, pressure: float | None, free: GripShape | None
+    grip: GripCurve | None, pressure: float | None, free: GripShape | None
 ) -> RodState | TubeShape | None:
     """Return the tube at a pressure [Pa]: on the object where that is solved, else the free one."""
     held = None if grip is None or pressure is None else grip.shape(pressure)

@@ -12,6 +12,7 @@ from typing import Any
 from geometry_msgs.msg import Point
 
 from spiral_core.errors import SpiralError
+from spiral_core.grip.curve import GripAnswer, GripCurve, GripQuestion
 from spiral_core.validation import (
     require_direction,
     require_in_range,
@@ -36,7 +37,6 @@ from spiral_gripper_ros.messages.conversions import (
 )
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
-from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
 from spiral_gripper_ros.planning.worker import EndedError
 
@@ -67,7 +67,7 @@ class PlanContext:
     header: Any
     is_wanted: Callable[[], bool]
     known_grip: Callable[[WrapPlan, float, None, float], GripAnswer | None]
-    solve_grip: Callable[[GripQuestion, Callable[[], bool]], GripFigures]
+    solve_grip: Callable[[GripQuestion, Callable[[], bool]], GripCurve]
     now: float
 
 

@@ -191,8 +191,8 @@ class Grip(Parameters):
     ratio: float = parameter(
         math.nan,
         "Pressure of a grip, as a multiple of the pressure of the perfect wrap, whose contact "
-        "force is almost zero; .nan: what the grip with contact recommends, and 1.1 until it is "
-        "known. Limited by pressure.cap.",
+        "force is almost zero; .nan: what the grip with contact recommends, and 1.1 where that is "
+        "not known. Limited by pressure.cap.",
         1.0,
         HIGHEST_GRIP_RATIO,
     )
@@ -202,7 +202,9 @@ class Grip(Parameters):
         0.0,
         LARGEST_PAYLOAD,
     )
-    table_radii: int = parameter(6, "Radii of the table of grips; 0: no grip is computed.", 0, 50)
+    table_radii: int = parameter(
+        6, "0: no grip is known or computed; above 0: the table's, and the object's in use.", 0, 50
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grips solved in the background: a table over the radii, and the object in use. No ROS."""
+"""What is known of grips: a table over the radii, and the object in use, solved. No ROS."""
 
 from __future__ import annotations
 
@@ -11,15 +11,13 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from spiral_core.errors import SpiralError
+from spiral_core.grip.curve import GripAnswer, GripCurve, GripQuestion
+from spiral_core.grip.table import GripTable
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
-from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures, GripQuestion
-from spiral_gripper_ros.planning.grip_table import RefiningTable, table_radii
 from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.worker import EndedError
 
-# The table's radii keep this fraction away from the ends of the range, where nothing is held.
-MARGIN = 0.03
 # Grips stand while gravity is within this of theirs [m/s^2]: a tenth of it.
 GRAVITY_TOLERANCE = 1.0
 # A grip on the object in use stands while the radius is within this fraction of its own, and the
@@ -53,17 +51,18 @@ class InUse:
 
 
 # Answers a question, in seconds, unless its answer is no longer wanted.
-Solve: TypeAlias = Callable[[GripQuestion, Callable[[], bool]], GripFigures]
+Solve: TypeAlias = Callable[[GripQuestion, Callable[[], bool]], GripCurve]
 
 
 class GripFollower:
-    """Keeps the table of grips and the grip on the object in use up to date, one at a time.
+    """Knows the grips of a table, and keeps the grip on the object in use up to date.
 
     One thread follows; any other may ask for answers meanwhile: what they read is exchanged whole.
 
     Args:
         gripper: as described.
         gravity: that is present [m/s^2].
+        table: of the gripper's grips, or None.
         solve: called in the background.
         pool: runs the background work.
     """
@@ -72,81 +71,76 @@ class GripFollower:
         self,
         gripper: Gripper,
         gravity: Vector,
+        table: GripTable | None,
         solve: Solve,
         pool: Executor,
     ) -> None:
         self._gripper, self._gravity = gripper, gravity
+        self._table = table
         self._solve, self._pool = solve, pool
-        self._count = 0
-        self._table: RefiningTable | None = None
-        self._in_use: tuple[InUse, GripFigures | SpiralError | None] | None = None
+        self._is_on, self._rate = True, math.nan
+        self._in_use: tuple[InUse, GripCurve | SpiralError | None] | None = None
         self._wanted: InUse | None = None
         self._wanted_at = 0.0
         self._turned_at = -math.inf  # when gravity changed
-        self._job: tuple[float | InUse | None, Future[GripFigures]] | None = None
+        self._job: tuple[InUse | None, Future[GripCurve]] | None = None
         self._outdated = threading.Event()  # the job's answer
 
     def follow(
-        self,
-        now: float,
-        gravity: Vector,
-        radius_range: tuple[float, float],
-        count: int,
-        in_use: InUse | None,
+        self, now: float, gravity: Vector, rate: float, in_use: InUse | None, *, is_on: bool = True
     ) -> bool:
-        """Take the grips that are solved and start the next one; return whether one was taken.
+        """Take the grip that is solved, start the next one; return whether one was taken.
 
         Args:
             now: time [s], never decreasing.
             gravity: that is present [m/s^2].
-            radius_range: of the radii that can be wrapped [m].
-            count: of the table's radii; 0: nothing is computed.
+            rate: of the ramps [Pa/s].
             in_use: the object in use.
+            is_on: whether anything is known and computed.
         """
         taken = self._take(now)
-        if math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE:
+        self._rate = rate
+        is_turned = math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE
+        if is_turned:
             self._gravity, self._turned_at = gravity, now
+        if is_turned or is_on is not self._is_on:
+            self._is_on = is_on
             self._forget()
-        low, high = radius_range
-        has_table = count > 1 and math.isfinite(high)
-        if count != self._count or (has_table and self._table is None):
-            self._forget()
-            self._count = count
-            if has_table:
-                radii = table_radii((1.0 + MARGIN) * low, (1.0 - MARGIN) * high, count)
-                self._table = RefiningTable(radii)
         if in_use is None or not in_use.is_like(self._wanted):
             self._wanted, self._wanted_at = in_use, now
-        if self._job is None and count and now - self._turned_at >= SETTLING:
+        if self._job is None and is_on and now - self._turned_at >= SETTLING:
             self._start(now)
         return taken
 
-    def answer(self, in_use: InUse, tip_pressure: float, pressure: float) -> GripAnswer | None:
+    def table(self, gravity: Vector) -> GripTable | None:
+        """Return the table of grips, if there is one for a gravity [m/s^2]."""
+        table = self._table if self._is_on else None
+        if table is None or math.dist(table.gravity, gravity) > GRAVITY_TOLERANCE:
+            return None
+        return table
+
+    def answer(
+        self, in_use: InUse, gravity: Vector, tip_pressure: float, pressure: float
+    ) -> GripAnswer | None:
         """Return the grip on an object at a pressure [Pa], or None if it is not known.
 
         Args:
             in_use: the object.
+            gravity: that its wrap is for [m/s^2].
             tip_pressure: of its wrap by the tip criterion [Pa].
             pressure: gauge [Pa].
         """
-        found, table = self.found(in_use), self._table
-        if isinstance(found, GripFigures):
+        found, table = self.found(in_use), self.table(gravity)
+        if isinstance(found, GripCurve):
             return found.answer(pressure, at_pose=in_use.seen is not None)
         if table is None or in_use.seen is not None:
             return None
-        return table.answer(in_use.radius, tip_pressure, pressure)
+        known = table.answer(in_use.radius, tip_pressure, pressure)
+        if known is None or table.rate == self._rate:
+            return known
+        return replace(known, settling=math.nan)
 
-    def window(self, radius: float, tip_pressure: float) -> tuple[float, float, float] | None:
-        """Return where the wrap of a radius [m] begins, curls and is lost [Pa], if that is known.
-
-        Args:
-            radius: of the object [m].
-            tip_pressure: of its wrap by the tip criterion [Pa].
-        """
-        table = self._table
-        return None if table is None else table.window(radius, tip_pressure)
-
-    def found(self, in_use: InUse) -> GripFigures | SpiralError | None:
+    def found(self, in_use: InUse) -> GripCurve | SpiralError | None:
         """Return the grip that was computed for this very object, or why it has none, if known."""
         known = self._in_use
         return None if known is None or not in_use.is_like(known[0]) else known[1]
@@ -158,7 +152,7 @@ class GripFollower:
             self._job[1].cancel()
 
     def _forget(self) -> None:
-        self._table = self._in_use = None
+        self._in_use = None
         self.end()
         if self._job is not None:  # if it runs, whatever it answers is for what was
             self._job = None, self._job[1]
@@ -166,36 +160,29 @@ class GripFollower:
     def _take(self, now: float) -> bool:
         if self._job is None or not self._job[1].done():
             return False
-        (what, job), self._job = self._job, None
-        if what is None or job.cancelled() or isinstance(job.exception(), EndedError):
+        (in_use, job), self._job = self._job, None
+        if in_use is None or job.cancelled() or isinstance(job.exception(), EndedError):
             return False  # a process that was killed is asked again
-        error, grip = job.exception(), None
+        error = job.exception()
         if error is None:
-            grip = replace(job.result(), computed_at=now)
-        if isinstance(what, InUse):  # None: a defect, raised below
-            self._in_use = what, error if isinstance(error, SpiralError) else grip
-        elif self._table is not None:
-            self._table = self._table.added(what, grip)
-        if error is not None and not isinstance(error, SpiralError):
-            raise error
-        return True
+            self._in_use = in_use, replace(job.result(), computed_at=now)
+            return True
+        self._in_use = in_use, error if isinstance(error, SpiralError) else None
+        if isinstance(error, SpiralError):
+            return True
+        raise error  # a defect, once
 
     def _start(self, now: float) -> None:
-        wanted, table = self._wanted, self._table
-        is_known = (
-            self._in_use is not None and wanted is not None and wanted.is_like(self._in_use[0])
-        )
-        if wanted is not None and not is_known and now - self._wanted_at >= SETTLING:
-            self._ask(wanted, wanted)
-        elif table is not None and (radius := table.next_radius()) is not None:
-            self._ask(radius, InUse(radius))
-
-    def _ask(self, what: float | InUse, asked: InUse) -> None:
+        wanted, known = self._wanted, self._in_use
+        if wanted is None or now - self._wanted_at < SETTLING:
+            return
+        if known is not None and wanted.is_like(known[0]):
+            return
         mounted = self._gripper.with_mount(self._gravity, self._gripper.object_axis)
-        pose = None if asked.seen is None else (asked.seen.center, asked.seen.axis)
-        question = GripQuestion(mounted, asked.radius, None, pose)
+        pose = None if wanted.seen is None else (wanted.seen.center, wanted.seen.axis)
+        question = GripQuestion(mounted, wanted.radius, None, pose)
         outdated = self._outdated = threading.Event()
-        self._job = what, self._pool.submit(self._solve, question, lambda: not outdated.is_set())
+        self._job = wanted, self._pool.submit(self._solve, question, lambda: not outdated.is_set())
 
 
 def _is_near(one: SeenObject, other: SeenObject) -> bool:

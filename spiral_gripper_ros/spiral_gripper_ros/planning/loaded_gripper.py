@@ -7,6 +7,7 @@ import math
 from concurrent.futures import Executor, Future
 
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.curve import GripAnswer, GripCurve
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement
@@ -14,7 +15,6 @@ from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription
 from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.planning.grip_figures import GripAnswer, GripFigures
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
 from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.planner import (
@@ -95,7 +95,7 @@ class LoadedGripper:
         self._pool = pool
         self._job: Future[AnyPlanner] | None = None
         self._is_measured = False
-        self._contact: GripFigures | NotGrippableError | None = None
+        self._contact: GripCurve | NotGrippableError | None = None
         self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
 
     # --- planner -------------------------------------------------------------------------------
@@ -159,7 +159,7 @@ class LoadedGripper:
 
         By the contact if that is known, else by the measured shape, else by the commanded one.
         """
-        if isinstance(self._contact, GripFigures):
+        if isinstance(self._contact, GripCurve):
             return self._contact.regime(pressure)
         shape = (self.measured if self._is_measured else self.commanded).shape
         if shape is None or self._contact is None:
@@ -173,20 +173,21 @@ class LoadedGripper:
         return WrapRegime.PERFECT_WRAP if pressed else regime
 
     def follow_grips(
-        self, now: float, count: int, radius: float | None, seen: SeenObject | None
+        self, now: float, rate: float, radius: float | None, seen: SeenObject | None, *, is_on: bool
     ) -> bool:
-        """Take the grips that are solved, start the next one; return whether one was taken.
+        """Take the grip that is solved, start the next one; return whether one was taken.
 
         Args:
             now: time [s].
-            count: radii of the table of grips; 0: none is solved.
+            rate: of the ramps [Pa/s].
             radius: of the object in use [m], or None.
             seen: where it is, or None.
+            is_on: whether any grip is known and solved.
         """
         in_use = None if radius is None else InUse(radius, seen)
-        taken = self.grips.follow(now, self.gravity, self.planner.radius_range, count, in_use)
+        taken = self.grips.follow(now, self.gravity, rate, in_use, is_on=is_on)
         found = None if in_use is None else self.grips.found(in_use)
-        is_placed = isinstance(found, GripFigures) and seen is not None
+        is_placed = isinstance(found, GripCurve) and seen is not None
         is_refused = isinstance(found, NotGrippableError)
         self._contact = found if is_placed or is_refused else None  # type: ignore[assignment]
         return taken
@@ -197,7 +198,8 @@ class LoadedGripper:
         """Return the grip on an object at a pressure [Pa], from contact; None: it is not known."""
         if plan is None or radius is None:
             return None
-        return self.grips.answer(InUse(radius, seen), plan.laid.pressure, pressure)
+        in_use, gravity = InUse(radius, seen), plan.gripper.gravity
+        return self.grips.answer(in_use, gravity, plan.laid.pressure, pressure)
 
     def placement(self, plan: WrapPlan | None) -> ObjectPlacement | None:
         """Return where a plan's object lies in the free coil; None without a plan."""

@@ -84,7 +84,8 @@ class GripperPlanner:
             laid = self._fitted.wrap_for_radius(radius)
         window: tuple[float, ...] | None = None
         if self.grips is not None:
-            window = self.grips.window(radius, laid.pressure)
+            table = self.grips.table(self.gravity)
+            window = None if table is None else table.window(radius, laid.pressure)
             found = self.grips.found(InUse(radius))
             if isinstance(found, NotGrippableError):
                 raise found
@@ -98,7 +99,8 @@ class GripperPlanner:
         """
         wrap = plan.wrap
         if self.grips is not None:
-            grip = self.grips.answer(InUse(wrap.object_radius), plan.laid.pressure, pressure)
+            in_use = InUse(wrap.object_radius)
+            grip = self.grips.answer(in_use, self.gravity, plan.laid.pressure, pressure)
             if grip is not None:
                 return grip.normal_force
         return max(plan.line_force(pressure), 0.0) * wrap.contact_length

@@ -24,7 +24,7 @@ from typing import Any, ClassVar
 from weakref import WeakSet
 
 from spiral_core.errors import SpiralError
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+from spiral_core.grip.curve import GripCurve, GripQuestion
 
 # The control loop comes first; yet a design ends on a computer whose processors are all in use,
 # where a niceness of 19 leaves one part in seventy.
@@ -159,7 +159,7 @@ class SharedGrips:
                 SharedGrips._worker = Worker("grip")
             SharedGrips._users += 1
 
-    def answer(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
+    def answer(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
         """Return a grip; blocks until the questions before it are answered.
 
         Raises:
@@ -167,7 +167,7 @@ class SharedGrips:
         """
         if self._has_ended:
             raise EndedError("no grip: the node has ended")
-        figures: GripFigures = self._worker.answer(solve_grip, question, is_wanted=is_wanted)
+        figures: GripCurve = self._worker.answer(solve_grip, question, is_wanted=is_wanted)
         return figures
 
     def end(self) -> None:
@@ -202,12 +202,12 @@ def _begin(link: Connection) -> None:
 _held: list[Connection] = []
 
 
-def solve_grip(question: GripQuestion) -> GripFigures:
+def solve_grip(question: GripQuestion) -> GripCurve:
     """Return the grip that a question asks for, in seconds.
 
     Raises:
         SpiralError: the object cannot be held, or a state could not be certified.
     """
-    from spiral_gripper_ros.planning.grip_solution import solve_figures  # the node needs none of it
+    from spiral_core.grip.tabulate import solve_curve  # the node needs none of it
 
-    return solve_figures(question)
+    return solve_curve(question)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import Any
 
+from spiral_gripper.files.storage import FileError
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, State
@@ -100,6 +101,13 @@ class EventLog:
             f"{name}: grips radii from {1e3 * low:.4g} to {1e3 * high:.4g} mm, "
             f"with at most {_kilopascal(cap)}"
         )
+
+    def tell_no_table(self, error: FileError) -> None:
+        """Log why there is no table of grips: there is no file, or it cannot be used."""
+        if error.action == "read":
+            self._logger.info(f"no table of grips: {error}")
+        else:
+            self._logger.warning(f"no table of grips: {error}")
 
     def tell_others(self, publishers: int) -> None:
         """Warn if more than one node commands the regulator, once for each number of them."""

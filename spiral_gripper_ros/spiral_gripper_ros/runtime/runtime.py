@@ -17,7 +17,11 @@ from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import MarkerArray
 
 from spiral_core.errors import SpiralError
+from spiral_core.grip.curve import GripCurve, GripQuestion
+from spiral_core.grip.table import GripTable
 from spiral_gripper import GripperDescription, load_description
+from spiral_gripper.files.grips import read_grips
+from spiral_gripper.files.storage import FileError
 from spiral_gripper_msgs.msg import Grip, GripStatus, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
@@ -31,7 +35,6 @@ from spiral_gripper_ros.messages.conversions import (
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.parameters.table import GripperParameters
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
@@ -177,14 +180,15 @@ class Runtime:
         return self.objects.seen(self.now(), self.values.object_pose.timeout)
 
     def follow_grips(self) -> None:
-        """Have grips solved in the background; plan again with those that are ready."""
+        """Have the grip on the object in use solved; plan again once it is: it may be refused."""
         if self.loaded is None:
             return
-        count, radius = self.values.grip.table_radii, self.control.snapshot().radius
-        if self.loaded.follow_grips(self.now(), count, radius, self.seen_object()):
+        radius, seen = self.control.snapshot().radius, self.seen_object()
+        rate, is_on = self.values.pressure.rate_up, self.values.grip.table_radii > 0
+        if self.loaded.follow_grips(self.now(), rate, radius, seen, is_on=is_on):
             self.control.replan(self.loaded.planner)
 
-    def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
+    def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
         """Return the grip on one object, in seconds; called in the background.
 
         Args:
@@ -195,7 +199,7 @@ class Runtime:
             SpiralError: the object cannot be held, or the node has ended.
         """
         job = self.background.grips.submit(self._solve_grip, question, is_wanted)
-        figures: GripFigures = job.result()
+        figures: GripCurve = job.result()
         return replace(figures, computed_at=self.now())
 
     def grip_message(self, pressure: float, payload: float | None = None) -> list[Grip]:
@@ -303,10 +307,19 @@ class Runtime:
     def _made(self, description: GripperDescription) -> LoadedGripper:
         """Return a gripper that is still to be planned for."""
         gravity, pools = gravity_or_own(self.gravity, description.gripper), self.background
-        grips = GripFollower(description.gripper, gravity, self._solve_grip, pools.grips)
+        table = self._table(description)
+        grips = GripFollower(description.gripper, gravity, table, self._solve_grip, pools.grips)
         return LoadedGripper(description, gravity, pools.gravity, grips)
 
-    def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripFigures:
+    def _table(self, description: GripperDescription) -> GripTable | None:
+        """Return the table of grips beside a description; log why there is none."""
+        try:
+            return replace(read_grips(description), computed_at=self.now())
+        except FileError as error:
+            self.log.tell_no_table(error)
+        return None
+
+    def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
         """Return the grip for the ramp that the node has now; called in the background."""
         rate = self.values.pressure.rate_up
         return self.background.solve_grip(replace(question, rate=rate), is_wanted)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The grip on one object, with contact and friction, as plain values. No ROS."""
+"""The grip on one object over the pressure, with contact and friction, as plain values."""
 
 from __future__ import annotations
 
@@ -49,6 +49,22 @@ class TubeShape:
     orientations: Array
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class GripShapes:
+    """The tube on its object at each pressure of a path.
+
+    Args:
+        positions: of its nodes (n, nodes, 3) [m].
+        orientations: of its material frames (n, nodes, 4), scalar last.
+        center, axis: of the object [m], in the base frame.
+    """
+
+    positions: Array
+    orientations: Array
+    center: Vector
+    axis: Vector
+
+
 @dataclass(frozen=True, slots=True)
 class GripAnswer:
     """The grip on one object at one pressure.
@@ -85,7 +101,7 @@ class GripAnswer:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GripFigures:
+class GripCurve:
     """The grip on an object while the pressure rises slowly, the object in place.
 
     Args:
@@ -104,9 +120,7 @@ class GripFigures:
         down: the same along gravity (m,) [N]; zeros without gravity.
         settling: how long the tube swings on after a ramp that ends there (m,) [s]; NaN where its
             weight, or a shape, is not known.
-        positions, orientations: the tube's nodes at the pressures of the path (n, nodes, 3) [m],
-            (n, nodes, 4), scalar last.
-        center, axis: of the object [m], in the base frame.
+        shapes: of the tube at the pressures of the path; None: they are not kept.
         computed_at: when [s].
     """
 
@@ -125,10 +139,7 @@ class GripFigures:
     towards: Array
     down: Array
     settling: Array
-    positions: Array
-    orientations: Array
-    center: Vector
-    axis: Vector
+    shapes: GripShapes | None = None
     computed_at: float = 0.0
 
     def answer(self, pressure: float, *, at_pose: bool) -> GripAnswer:
@@ -163,14 +174,14 @@ class GripFigures:
 
     def shape(self, pressure: float) -> TubeShape | None:
         """Return the tube on the object, blended between the pressures of the path [Pa]."""
-        if not 0.0 <= pressure <= self.top:
+        if self.shapes is None or not 0.0 <= pressure <= self.top:
             return None
         above = max(int(np.searchsorted(self.pressures, pressure)), 1)
         low, high = self.pressures[above - 1 : above + 1]
         part = (pressure - low) / (high - low)
         positions, turns = (
             (1.0 - part) * each[above - 1] + part * each[above]
-            for each in (self.positions, self.orientations)
+            for each in (self.shapes.positions, self.shapes.orientations)
         )
         return TubeShape(positions, turns / np.linalg.norm(turns, axis=1, keepdims=True))
 

@@ -1,34 +1,47 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The computation of the grip on one object, with contact and friction. No ROS."""
+"""The computation of the grip on one object over the pressure, and of a table over the radii."""
 
 from __future__ import annotations
 
 import math
+from concurrent.futures import Executor
 from contextlib import suppress
+from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.closing import settling_after_ramp
+from spiral_core.grip.curve import GripCurve, GripQuestion, GripShapes
 from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, holding_forces
+from spiral_core.grip.places import mapping
 from spiral_core.grip.setup import GripSetup, lay_into_coil
-from spiral_core.grip.window import GripPoint, grip_window
+from spiral_core.grip.table import GripTable
+from spiral_core.grip.window import GripPoint, Progress, grip_window
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.types import Array, Vector
+from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.curve import WrapCurve
-from spiral_gripper_ros.planning.grip_figures import GripFigures, GripQuestion
+from spiral_core.wrap.gripper import Gripper
 
 # Holding forces are looked for at these multiples of the pressure at which the wrap begins, at this
 # part of the last pressure that holds, and at the last. Around the beginning the forces bend
 # upwards: a straight line over more than this is up to twice as high as they are.
 FORCE_MULTIPLES = (0.95, 1.0, 1.05, 1.15)
 NEAR_TOP = 0.93
+# A table's radii keep this fraction away from the ends of the range, where nothing is held.
+MARGIN = 0.03
+# It grows to this many times the radii that it begins with.
+MOST_REFINED = 8
+# Radii are rounded to these decimals of a meter, so that a file holds those that were solved.
+DECIMALS = 7
 
 
-def solve_figures(question: GripQuestion) -> GripFigures:
+def solve_curve(question: GripQuestion) -> GripCurve:
     """Return the grip that a question asks for; takes some seconds.
 
     Raises:
@@ -43,7 +56,7 @@ def solve_figures(question: GripQuestion) -> GripFigures:
     points = [window.at(float(pressure)) for pressure in pressures]
     away, towards, down = _forces(points)
     setup = window.setup
-    return GripFigures(
+    return GripCurve(
         tip_pressure=setup.tip_pressure or 0.0,
         onset_wrap=window.onset_wrap,
         onset_curling=math.inf if window.onset_curling is None else window.onset_curling,
@@ -59,10 +72,12 @@ def solve_figures(question: GripQuestion) -> GripFigures:
         towards=towards,
         down=down,
         settling=_settling(question, points),
-        positions=np.array([point.state.positions for point in window.points]),
-        orientations=_aligned([point.state.orientations for point in window.points]),
-        center=_vector(setup.obstacle.position),
-        axis=_vector(setup.axis),
+        shapes=GripShapes(
+            positions=np.array([point.state.positions for point in window.points]),
+            orientations=_aligned([point.state.orientations for point in window.points]),
+            center=_vector(setup.obstacle.position),
+            axis=_vector(setup.axis),
+        ),
     )
 
 
@@ -79,6 +94,65 @@ def force_pressures(onset: float, top: float) -> Array:
     """
     wanted = [*(multiple * onset for multiple in FORCE_MULTIPLES), NEAR_TOP * top, top]
     return np.unique(np.minimum(wanted, top))
+
+
+def solve_table(
+    gripper: Gripper,
+    count: int,
+    rate: float,
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> GripTable:
+    """Return the table of grips over the radii that a gripper wraps; takes some minutes.
+
+    It begins with radii evenly spaced in their logarithm. Each further round solves the middle of
+    every two between which the table is poor (:meth:`GripTable.poor`), until none is left or there
+    are ``MOST_REFINED`` times as many. The answer is the same with any number of processes.
+
+    Args:
+        gripper: as it is mounted, with its own friction or the default.
+        count: of the radii to begin with, at least 2.
+        rate: of the ramp that closes the gripper [Pa/s].
+        executor: where; None solves one after the other, here.
+        progress: called with the number of radii done, and of those known to be due.
+
+    Raises:
+        InvalidInputError: count or rate is out of its range.
+        NoCoilError: the gripper makes no coil.
+        SolverError: a free shape could not be certified.
+    """
+    require_in_range("count", count, 2, math.inf)
+    require_positive("rate", rate)
+    curve, most = WrapCurve(gripper), MOST_REFINED * count
+    ends = (1.0 + MARGIN) * curve.radius_min, (1.0 - MARGIN) * curve.radius_max
+
+    def solve(radii: list[float], done: int) -> list[GripCurve | None]:
+        found = []
+        for grip in mapping(executor)(partial(_entry, gripper, rate), radii):
+            found.append(grip)
+            if progress is not None:
+                progress(done + len(found), done + len(radii))
+        return found
+
+    radii = np.round(np.geomspace(*ends, count), DECIMALS).tolist()
+    errors = (math.inf,) * (count - 1)
+    table = GripTable(tuple(radii), tuple(solve(radii, 0)), errors, gripper.gravity, rate)
+    while pairs := table.poor(most - len(table.radii)):
+        middles = [math.sqrt(table.radii[pair] * table.radii[pair + 1]) for pair in pairs]
+        radii = np.round(middles, DECIMALS).tolist()
+        solved = solve(radii, len(table.radii))
+        # From the last pair on: the places of those before it do not change.
+        for pair, radius, grip in sorted(zip(pairs, radii, solved, strict=True), reverse=True):
+            table = table.halved(pair, radius, grip)
+    return table
+
+
+def _entry(gripper: Gripper, rate: float, radius: float) -> GripCurve | None:
+    """Return the grip on a radius [m], without shapes; None: it is not held."""
+    try:
+        return replace(solve_curve(GripQuestion(gripper, radius, rate=rate)), shapes=None)
+    except SpiralError:
+        return None
 
 
 def _setup(question: GripQuestion) -> GripSetup:

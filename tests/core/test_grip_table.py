@@ -6,19 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ros.grip_stand_ins import figures
+from core.grip_cases import figures, solved_table, table_of
+from core.gripper_cases import paper_gripper
 
-from spiral_core import Pull, WrapRegime, grip_window, holding_force, lay_into_coil
-from spiral_gripper import load_gripper
-from spiral_gripper_ros.planning.grip_figures import GripQuestion
-from spiral_gripper_ros.planning.grip_solution import solve_figures
-from spiral_gripper_ros.planning.grip_table import (
-    MOST_REFINED,
-    TOLERANCE,
-    Blend,
-    RefiningTable,
-    table_radii,
+from spiral_core import (
+    InvalidInputError,
+    Pull,
+    WrapRegime,
+    grip_window,
+    holding_force,
+    lay_into_coil,
 )
+from spiral_core.grip.curve import GripQuestion
+from spiral_core.grip.table import EDGE, TOLERANCE, Blend
+from spiral_core.grip.tabulate import MOST_REFINED, solve_curve
 
 NEVER_LOST = figures(curling=None, loss=None)
 
@@ -54,20 +55,19 @@ def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
     for pressure in (0.0, 5.5e4, 7.5e4):  # the tube is blended between its pressures
         assert entry.shape(pressure).positions == pytest.approx(np.full((3, 3), pressure))
     assert entry.shape(7.6e4) is entry.shape(-1.0) is None
+    assert replace(entry, shapes=None).shape(5.5e4) is None
     # Below the first of its pressures nothing holds, whatever holds there.
     assert replace(entry, away=entry.away + 0.4).answer(4.7e4, at_pose=False).away == 0.0
 
 
 def blend(radius, pressure, low, high, tip=4.0e4):
-    grips = [replace(low, computed_at=3.0), replace(high, computed_at=5.0)]
-    return Blend([0.01, 0.03], grips, radius, tip).answer(pressure)
+    return Blend([0.01, 0.03], [low, high], radius, tip).answer(pressure)
 
 
 def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
     answer = blend(0.02, 4.4e4, figures(), figures())  # 1.1 of 40 kPa, as 55 kPa of 50
     assert answer.away == pytest.approx(figures().answer(5.5e4, at_pose=False).away)
     assert (answer.onset_wrap, answer.loss) == pytest.approx((0.98 * 4.0e4, 1.6 * 4.0e4))
-    assert answer.computed_at == 3.0
     # A twentieth of the way from one radius to the other, a twentieth of the difference counts.
     near = blend(0.011, 4.4e4, figures(), figures(force=3.0))
     assert near.away == pytest.approx(1.1 * answer.away)
@@ -83,8 +83,8 @@ def test_pressures_are_compared_as_multiples_of_the_tip_criterions():
 
 @pytest.mark.slow
 def test_forces_between_those_computed_are_hardly_above_what_holds_and_not_far_below():
-    gripper = load_gripper("paper_design_70")
-    entry = solve_figures(GripQuestion(gripper, 0.02))
+    gripper = paper_gripper("70 degrees")
+    entry = solve_curve(GripQuestion(gripper, 0.02))
     window = grip_window(lay_into_coil(gripper, 0.02))
     for multiple in (1.0, 1.025, 1.1, 1.35):
         point = window.at(multiple * window.onset_wrap)
@@ -96,18 +96,7 @@ def test_forces_between_those_computed_are_hardly_above_what_holds_and_not_far_b
 
 # --- refinement ------------------------------------------------------------------------------
 
-RADII = table_radii(0.01, 0.04, 3)
-
-
-def filled(force):
-    """A table that is done, of grips whose force is a function of the radius, and its radii."""
-    table, solved = RefiningTable(RADII), []
-    while (radius := table.next_radius()) is not None:
-        solved.append(radius)
-        scale = force(radius)
-        table = table.added(radius, scale and figures(force=scale))
-        assert len(solved) < 1000
-    return table, solved
+COUNT = 3
 
 
 def away(table, radius):
@@ -119,18 +108,20 @@ def away(table, radius):
     ("force", "count", "share"),
     [
         (lambda radius: 1.0 + 10.0 * radius, 5, 1.0),  # the middles only
-        (lambda radius: radius**-2.0, None, 1.0),
-        (lambda radius: 1.0 if radius < 0.025 else 3.0, MOST_REFINED * len(RADII), 0.8),
+        (lambda radius: 1.0 / radius, None, 1.0),
+        (lambda radius: 1.0 if radius < 0.025 else 3.0, MOST_REFINED * COUNT, 0.9),
     ],
 )
-def test_it_is_refined_until_every_answer_keeps_the_tolerance_or_it_is_full(force, count, share):
-    table, solved = filled(force)
+def test_it_is_refined_until_every_answer_keeps_the_tolerance_or_it_is_full(
+    monkeypatch, force, count, share
+):
+    table = solved_table(monkeypatch, force, COUNT)
     exact = figures().away[1] + (5.5 - 1.0) * (5.5e4 - 5.25e4) / 2.25e4
-    radii = np.linspace(0.01001, 0.03999, 500)
+    radii = np.linspace(1.0001 * table.radii[0], 0.9999 * table.radii[-1], 500)
     known = [found / force(radius) for radius in radii if (found := away(table, radius))]
     assert known == pytest.approx(np.full(len(known), exact), rel=TOLERANCE)
-    assert 5 <= len(solved) <= MOST_REFINED * len(RADII)
-    assert count in (None, len(solved))
+    assert 5 <= len(table.radii) <= MOST_REFINED * COUNT
+    assert count in (None, len(table.radii))
     assert share <= len(known) / len(radii)
     assert (away(table, 0.025) is None) is (share < 1.0)  # a jump that no table resolves
     assert table.window(0.025, 5.0e4) is not None
@@ -138,19 +129,28 @@ def test_it_is_refined_until_every_answer_keeps_the_tolerance_or_it_is_full(forc
 
 @pytest.mark.parametrize("name", [None, "normal_forces", "away", "towards", "down"])
 def test_nothing_is_answered_before_each_of_its_forces_has_been_compared(name):
-    table, grip = RefiningTable(RADII), figures()
-    for radius in RADII:
-        assert away(table, 0.012) is None
-        table = table.added(radius, grip)
+    grip = figures()
+    table = table_of([0.01, 0.02, 0.04], [grip] * 3, error=math.inf)
+    assert away(table, 0.012) is None
     differs = {} if name is None else {name: 2.0 * getattr(grip, name)}
-    known = table.added(math.sqrt(RADII[0] * RADII[1]), replace(grip, **differs))
-    assert (away(known, 0.012) is None) is (name is not None)
+    known = table.halved(0, 0.014, replace(grip, **differs))
+    assert (away(known, 0.012) is None) is (away(known, 0.016) is None) is (name is not None)
     assert away(table, 0.012) is None  # another thread may be reading it
     assert away(known, 0.03) is away(known, 0.041) is known.window(0.041, 5.0e4) is None
 
 
-def test_what_is_not_held_is_neither_answered_nor_refined():
-    table, solved = filled(lambda radius: None if radius > 0.03 else 1.0)
-    assert len(solved) == 4
+def test_where_radii_are_held_is_located_and_what_is_not_held_is_not_answered(monkeypatch):
+    table = solved_table(monkeypatch, lambda radius: None if radius > 0.03 else 1.0, COUNT)
     assert away(table, 0.015) is not None
-    assert away(table, 0.03) is table.window(0.03, 5.0e4) is None
+    assert away(table, 0.03 / (1.0 + EDGE)) is not None
+    assert away(table, 0.0301) is table.window(0.0301, 5.0e4) is None
+
+
+@pytest.mark.parametrize(
+    ("radii", "grips", "named"),
+    [([0.01], 1, "radii"), ([0.02, 0.01], 2, "radii"), ([0.0, 0.01], 2, "radii"),
+     ([math.nan, 0.01], 2, "radii"), ([0.01, 0.02], 3, "grips")],
+)  # fmt: skip
+def test_radii_that_do_not_increase_and_missing_grips_are_refused(radii, grips, named):
+    with pytest.raises(InvalidInputError, match=named):
+        table_of(radii, [figures()] * grips)
