@@ -19,6 +19,7 @@ from spiral_core.wrap.gripper import DEFAULT_TURNS, FRICTION_MAX
 from spiral_gripper.cli import calibrate, doctor, types
 from spiral_gripper.cli import main as main_module
 from spiral_gripper.cli.main import COMMANDS
+from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper.files.description import GRAVITY_MAX
 from spiral_gripper.files.fields import LAWS
 
@@ -141,6 +142,19 @@ def test_an_interrupted_sweep_prints_the_grips_that_are_done():
     assert process.returncode == 1
     assert " of 20 grips are done" in said
     assert ("20 mm" in answer, "39 mm" in answer) == (True, False)
+
+
+@pytest.mark.slow
+def test_a_command_with_workers_ends_them_too(tmp_path):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text((GRIPPERS.path / "prototype_p1.yaml").read_text())
+    process = started("-m", "spiral_gripper.cli.main", "grip", str(mine), "--table")
+    assert "pulling" in process.stderr.readline()  # the first grip is done
+    process.send_signal(signal.SIGINT)
+    # Its standard error is closed once no worker holds it.
+    answer, said = process.communicate(timeout=60.0)
+    assert (answer, said.strip()) == ("", "spiral-gripper: interrupted")
+    assert [each.name for each in tmp_path.iterdir()] == ["mine.yaml"]
 
 
 def test_a_command_that_holds_nothing_ends_at_once():

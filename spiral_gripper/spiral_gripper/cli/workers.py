@@ -43,7 +43,8 @@ def core_count() -> int:
 def process_pool(workers: int) -> Iterator[Executor]:
     """Yield a pool of spawned processes: forked ones would copy the locks of threads.
 
-    Ctrl-C reaches this process alone; the workers are then ended at once.
+    Ctrl-C reaches this process alone; the workers are then ended at once. Where it would end this
+    process without a word to them, they would wait for ever.
 
     Args:
         workers: number of processes.
@@ -52,7 +53,8 @@ def process_pool(workers: int) -> Iterator[Executor]:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # the workers inherit it
     for _ in range(workers):
         pool.submit(os.getpid)
-    signal.signal(signal.SIGINT, before)
+    stops = signal.default_int_handler if before is signal.SIG_DFL else before
+    signal.signal(signal.SIGINT, stops)
     try:
         yield pool
     except BaseException:
@@ -61,6 +63,8 @@ def process_pool(workers: int) -> Iterator[Executor]:
             worker.terminate()
         pool.shutdown(cancel_futures=True)
         raise
+    finally:
+        signal.signal(signal.SIGINT, before)
     pool.shutdown()
 
 
