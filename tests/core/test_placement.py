@@ -3,14 +3,29 @@
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
 from core.wrap_cases import G, paper_curve
 from scipy.optimize import least_squares
 
-from spiral_core import NotGrippableError, ObjectProfile, WrapRegime, wrap_for_profile
-from spiral_core.wrap.placement import distances_from_axis, place_object, touching_nodes
+from spiral_core import (
+    Cylinder,
+    GripSetup,
+    NotGrippableError,
+    ObjectProfile,
+    Obstacle,
+    WrapRegime,
+    wrap_for_profile,
+)
+from spiral_core.grip.places import moved
+from spiral_core.wrap.placement import (
+    distances_from_axis,
+    misplacement,
+    place_object,
+    touching_nodes,
+)
 
 # So light that the coil is the unloaded helix.
 WEIGHTLESS = (1.0e-9, 0.0, 0.0)
@@ -166,3 +181,26 @@ def test_profile_is_linear_between_its_samples_and_cannot_be_changed():
     assert profile.extremes(0.05, 0.15) == pytest.approx((0.015, 0.025))
     with pytest.raises(ValueError, match="read-only"):
         np.asarray(profile.radii)[0] = 1.0
+
+
+@pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.3, -0.8, 0.5)])
+@pytest.mark.parametrize(
+    "off", [(0.0, 0.0, 0.0, 0.0), (0.004, -0.003, 0.0, 0.0), (-0.01, 0.02, 0.4, -0.3)]
+)
+def test_a_misplacement_is_what_the_object_was_moved_by(axis, off):
+    gripper = paper_curve("70 degrees", (G, 0.0, 0.0)).gripper
+    obstacle = Obstacle.along(Cylinder(0.015), (0.02, -0.03, 0.1), axis)
+    setup = GripSetup(gripper, obstacle)
+    there = moved(setup, np.array((0.0, *off)))
+    for sense, way in product((1.0, -1.0), (0.0, 0.5, -3.0)):
+        point = np.array(there.obstacle.position) + way * there.axis
+        found = misplacement(point, sense * there.axis, obstacle.position, setup.frame)
+        assert found == pytest.approx(off, abs=1e-12)
+
+
+def test_an_object_square_to_its_place_is_as_far_away_as_can_be_told():
+    frame = np.eye(3)[[2, 0, 1]]
+    found = misplacement((0.1, 0.0, 0.02), (1.0, 0.0, 0.0), (0.1, 0.0, 0.0), frame)
+    assert np.isfinite(found).all()
+    assert np.linalg.norm(found[:2]) > 1e9
+    assert np.linalg.norm(found[2:]) == pytest.approx(0.5 * math.pi)

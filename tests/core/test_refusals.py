@@ -484,6 +484,7 @@ ARGUMENTS = [
     (Damping, {"retardation_time": NATURAL, "air": NATURAL, "drag_rate": NATURAL}),
     (Orifice, {"conductance": POSITIVE, "critical_ratio": (0.2, 1.0, -0.1)}),
     (partial(Supply, Orifice(1e-9)), {"pressure": POSITIVE}),
+    (partial(Supply, pressure=1.0), {"orifice": (Orifice(1e-9), None, 1e-9)}),
     (
         PressureCourse,
         {"times": ((0.0, 1.0), (0.0,)), "pressures": ((0.0, 1.0), (0.0, -1.0), (0.0, NAN))},

@@ -32,6 +32,7 @@ from spiral_core.validation import (
     require_all,
     require_finite,
     require_in_range,
+    require_kind,
     require_non_negative,
     require_positive,
 )
@@ -677,7 +678,7 @@ class Supply:
         dead_volume: of the line and fittings behind the valve [m^3], >= 0.
 
     Raises:
-        InvalidInputError: a value is out of its range.
+        InvalidInputError: a value is of another kind or out of its range.
     """
 
     orifice: Orifice
@@ -685,6 +686,7 @@ class Supply:
     dead_volume: float = 0.0
 
     def __post_init__(self) -> None:
+        require_kind("orifice", self.orifice, Orifice)
         require_positive("pressure", self.pressure)
         require_non_negative("dead_volume", self.dead_volume)
 

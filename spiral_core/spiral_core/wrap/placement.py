@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -115,6 +116,42 @@ def distances_from_axis(positions: Array, center: Array | Vector, axis: Array | 
         np.cross(positions - np.asarray(center), np.asarray(axis)), axis=1
     )
     return distances
+
+
+def misplacement(
+    point: Array | Vector, axis: Array | Vector, center: Array | Vector, frame: Array
+) -> Array:
+    r"""Return how far an object is from its place: two shifts [m] and two tilts [rad] (4,).
+
+    With the axes a of the place and d of the object, on the side of a, the shifts are those of the
+    point in which the object's axis crosses the plane through the place's center square to a; the
+    tilts are those of the smallest turn from a to d,
+
+    .. math:: x = p + d\,\frac{(c - p) \cdot a}{d \cdot a}, \quad
+        \theta = \frac{a \times d}{|a \times d|} \arccos(a \cdot d)
+
+    A cylinder has neither a shift along its axis nor a turn about it.
+
+    Args:
+        point: any of the object's axis [m].
+        axis: its direction, a unit vector in either sense.
+        center: of the place [m].
+        frame: unit rows (3, 3): along the place's axis, and the two directions of shifts and tilts.
+
+    Example:
+        >>> misplacement((0.1, 0.003, 0.5), (0.0, 0.0, 1.0), (0.1, 0.0, 0.0), np.eye(3)[[2, 0, 1]])
+        array([0.   , 0.003, 0.   , 0.   ])
+    """
+    along, across = frame[0], frame[1:]
+    direction = np.asarray(axis) * (1.0 if float(np.dot(axis, along)) >= 0.0 else -1.0)
+    offset, cosine = np.asarray(point) - np.asarray(center), float(direction @ along)
+    # Square to the place's axis it never crosses the plane: as far away as can be told.
+    shift = offset - direction * float(offset @ along) / max(cosine, np.finfo(float).eps)
+    turn = np.cross(along, direction)
+    sine = float(np.linalg.norm(turn))
+    tilt = turn * (math.atan2(sine, cosine) / sine if sine else 0.0)
+    found: Array = np.concatenate((across @ shift, across @ tilt))
+    return found
 
 
 def _fitted_center(points: Array, start: Array, contact_radius: float) -> Array:
