@@ -7,9 +7,15 @@ import re
 import numpy as np
 import pytest
 
+from spiral_core import lay_into_coil
 from spiral_core.grip import capture
-from spiral_core.grip.capture import CaptureOutcome, MisplacedGrip
+from spiral_core.grip.capture import CaptureOutcome, MisplacedGrip, capture_region
+from spiral_core.grip.places import moved
 from spiral_core.rod.state import RodStatus
+from spiral_gripper import load_description
+from spiral_gripper.files.catalog import GRIPPERS
+from spiral_gripper.files.regions import read_regions
+from spiral_gripper.files.storage import FileError
 
 ASKED = ["capture", "paper_design_70", "--radius", "15 mm", "--pressure", "72 kPa", "--jobs", "1"]
 SEMI_AXES = np.array((0.011, 0.006, math.radians(12.3), math.radians(7.7), 0.0023))
@@ -83,3 +89,62 @@ def test_an_object_that_is_not_held_in_its_place_is_the_answer_no(said, tmp_path
 def test_the_recommended_pressure_is_that_of_the_payload(answer):
     asked = [part for part in ASKED if part not in ("--pressure", "72 kPa")]
     assert answer(*asked)["pressure"] == pytest.approx(72.017e3, abs=1.0)
+
+
+@pytest.fixture
+def mine(tmp_path):
+    """A description file of our own."""
+    path = tmp_path / "mine.yaml"
+    path.write_text((GRIPPERS.path / "paper_design_70.yaml").read_text(encoding="utf-8"))
+    return path
+
+
+def ask(mine, radius, *options):
+    return ["capture", str(mine), "--radius", radius, "--jobs", "1", "--table", *options]
+
+
+@pytest.mark.usefixtures("closed")
+def test_a_region_beside_the_description_has_the_margins_of_the_region(said, mine):
+    said(*ask(mine, "15 mm", "--pressure", "72 kPa", "--payload", "20 g"))
+    description = load_description(mine)
+    setup = lay_into_coil(description.gripper, 0.015)
+    region, (stored,) = capture_region(setup, 72e3, 0.02), read_regions(description)
+    for off in ((0.0, 0.0, 0.0, 0.0), (0.004, -0.002, 0.0, 0.0), (0.001, 0.03, -0.1, 0.2)):
+        there = moved(setup, np.array((0.0, *off)))
+        place = np.array(there.obstacle.position)
+        for point, axis in ((place, there.axis), (place + 0.1 * there.axis, -there.axis)):
+            assert stored.margin(point, axis) == pytest.approx(region.margin((*off, 0.0)), abs=1e-3)
+    asked = (72e3, 0.015, description.gripper.gravity, 0.3, 0.02)
+    assert stored.is_for(*asked)
+    assert stored.is_for(*asked[:4], None)
+    other = (71e3, 0.0148, (9.0, 0.0, 0.0), 0.31, 0.021)
+    for number, value in enumerate(other):
+        assert not stored.is_for(*asked[:number], value, *asked[number + 1 :])
+
+
+@pytest.mark.usefixtures("closed")
+def test_regions_are_added_and_replaced_and_other_descriptions_have_none(said, mine):
+    regions = []
+    for radius, pressure, payload in (
+        ("15 mm", "72 kPa", None),
+        ("20 mm", "60 kPa", None),
+        ("15 mm", "72 kPa", "20 g"),
+        ("15 mm", "70 kPa", None),
+    ):
+        said(
+            *ask(mine, radius, "--pressure", pressure),
+            *(() if payload is None else ("--payload", payload)),
+        )
+        regions = read_regions(load_description(mine))
+    found = [(each.radius, each.pressure, each.payload) for each in regions]
+    assert found == [(0.02, 6e4, None), (0.015, 7.2e4, 0.02), (0.015, 7e4, None)]
+    said(*ask(mine, "15 mm", "--pressure", "72 kPa", "--payload", "1 kg"), code=1)  # not held
+    assert read_regions(load_description(mine)) == regions
+    mine.write_text(mine.read_text(encoding="utf-8").replace("c1", "c1 "), encoding="utf-8")
+    assert read_regions(load_description(mine)) == regions
+    text = mine.read_text(encoding="utf-8")
+    mine.write_text(text + "extra_mass_per_length: 1 g/m\n", encoding="utf-8")
+    with pytest.raises(FileError, match=r"capture .*mine.yaml --radius .* --table makes it anew"):
+        read_regions(load_description(mine))
+    said(*ask(mine, "15 mm", "--pressure", "72 kPa"))
+    assert len(read_regions(load_description(mine))) == 1

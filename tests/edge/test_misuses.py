@@ -133,7 +133,7 @@ MISUSES = {
     "{D} --report x.doc": ".md, .html",
     "{D} --json --json=yes": "does not take a value",
     # grip --table
-    "grip prototype_p1 --table": "copy the file first: spiral-gripper grippers show prototype_p1 >",
+    "grip prototype_p1 --table": "copy it first: spiral-gripper grippers show prototype_p1 >",
     "grip {folder}/good.yaml --table --radius '9 mm' --friction 0.5": "with --radius, --friction:",
     "grip {folder}/good.yaml --table --gravity-direction 0 0 1": "go with --gravity-direction:",
     "grip {folder}/good.yaml --table --table-radii 1": "2<=x<=50",
@@ -143,6 +143,7 @@ MISUSES = {
     "capture prototype_p1 --radius '9 mm' --payload '1 g' --gravity-magnitude '0 m/s^2'": "needs",
     "capture prototype_p1 --radius '1 m'": "an object of radius 1 m cannot be gripped",
     "capture prototype_p1 --radius '9 mm' --results a.json": ".jsonl",
+    "capture prototype_p1 --radius '9 mm' --table": "copy it first: spiral-gripper grippers show",
     # approach
     "approach prototype_p1 --radius '9 mm'": "'--object-axis'",
     "approach prototype_p1 --radius '9 mm' --object-axis 0 0 0": "must not all be zero",

@@ -106,6 +106,6 @@ def test_clock_range_limits_and_other_commanders_are_told(log):
     for told in ("at most 90 kPa, 100 kPa/s up, 200 kPa/s down, grip.ratio 1;", "stop: ramp_down"):
         assert told in log.lines[4][1]
     for action in ("read", "used"):
-        log.log.tell_no_table(FileError("a.json", action, "what to do"))
-    said = "no table of grips: a.json cannot be {}: what to do"
+        log.log.tell_nothing_beside(FileError("a.json", action, "what to do"))
+    said = "a.json cannot be {}: what to do"
     assert log.lines[5:] == [("info", said.format("read")), ("warning", said.format("used"))]

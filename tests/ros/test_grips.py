@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 from action_msgs.msg import GoalStatus
 from core.grip_cases import DOWN, figures, table_of
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from rclpy.parameter import Parameter
 from ros.harness import all_finite, deliver, plan_request
+from scipy.spatial.transform import Rotation
 from std_msgs.msg import Float64, Header
 
 from spiral_core import NotGrippableError, WrapCurve
 from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper.files.grips import read_grips
+from spiral_gripper.files.regions import StoredRegion
 from spiral_gripper_msgs.action import Grasp
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_msgs.srv import PlanWrap
@@ -112,7 +115,8 @@ class KnownGrips:
         """Return the answer of `plan_wrap` about an object of 20 mm."""
         loaded, limits = self.runtime.loaded, self.runtime.limits
         asked = (loaded.planner, loaded.gripper, limits, 9, Header(), lambda: True)
-        context = PlanContext(*asked, loaded.grip, self.runtime.solved_grip, self.time)
+        known = loaded.grip, self.runtime.solved_grip, self.time, loaded.regions
+        context = PlanContext(*asked, *known)
         return answer_plan_wrap(plan_request([0.02], **fields), PlanWrap.Response(), context).plans[
             0
         ]
@@ -167,6 +171,56 @@ def test_the_grip_that_is_known_is_told(known):
     weight = grip.holding_force_down[0] - known.told["wrap"].grip[0].payload_margin[0]
     assert weight == pytest.approx(9.80665)
     assert all_finite(known.told["status"], known.told["wrap"])
+
+
+def seen_at(place, axis, shift=(0.0, 0.0, 0.0)):
+    """Return the pose of an object whose z axis is along another one."""
+    turn = Rotation.align_vectors([axis], [(0.0, 0.0, 1.0)])[0].as_quat()
+    x, y, z, w = turn.tolist()
+    point = Point(**dict(zip("xyz", np.add(place, shift).tolist(), strict=True)))
+    return [Pose(position=point, orientation=Quaternion(x=x, y=y, z=z, w=w))]
+
+
+def test_an_object_that_is_seen_has_its_margin_in_the_region_of_capture(known, monkeypatch):
+    plan, gripper = known.plan(), known.runtime.loaded.gripper
+    axis, place = (
+        np.array([getattr(of[0], each) for each in "xyz"])
+        for of in (plan.object_axis, plan.object_center)
+    )
+    away = np.cross(axis, (1.0, 0.0, 0.0))
+    away /= np.linalg.norm(away)
+    region = StoredRegion(
+        radius=0.02,
+        pressure=plan.figures[0].pressure,
+        payload=0.02,
+        friction=0.3,
+        gravity=gripper.gravity,
+        center=place.tolist(),
+        frame=[axis.tolist(), away.tolist(), np.cross(axis, away).tolist()],
+        semi_axes=(0.01, 0.02, 0.1, 0.2),
+    )
+    monkeypatch.setattr("spiral_gripper_ros.runtime.runtime.read_regions", lambda _: (region,))
+    known.runtime.load()
+    here = seen_at(place, axis)
+    assert known.plan(pose=here, payload=0.02).capture_margin[0] == pytest.approx(1.0)
+    for part in (0.5, 1.0, 2.0):
+        beside = seen_at(place, -axis, 0.01 * part * away + 0.3 * axis)
+        found = known.plan(pose=beside)
+        assert found.capture_margin[0] == pytest.approx(1.0 - part)
+    tilted = seen_at(place, math.cos(0.05) * axis + math.sin(0.05) * np.cross(away, axis))
+    assert known.plan(pose=tilted).capture_margin[0] == pytest.approx(0.5)
+    for other in (
+        {},
+        {"pose": here, "payload": 0.03},
+        {"pose": here, "friction_coefficient": 0.4},
+        {"pose": here, "overpressure": 100.0},
+        {"pose": here, "gravity": [Vector3(x=9.0)]},
+    ):
+        found = known.plan(**other)
+        assert found.success
+        assert not found.capture_margin
+    skewed = [Pose(orientation=Quaternion(w=2.0))]
+    assert known.plan(pose=skewed).reason == Reason.INVALID_REQUEST
 
 
 def test_a_radius_that_contact_never_wraps_is_refused_once_that_is_known(known):

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from spiral_gripper.cli.gripper import described, mounted, require_pressure
-from spiral_gripper.cli.output import print_json, print_rows, write_picture
+from spiral_gripper.cli.gripper import described, mounted, own_file_beside, require_pressure
+from spiral_gripper.cli.output import print_json, print_rows, say_written, write_picture
 from spiral_gripper.cli.types import (
     POSITIVE_LENGTH,
     PRESSURE,
     Suffixed,
+    flag,
     friction_option,
     gripper_argument,
     mount_options,
@@ -40,6 +41,11 @@ if TYPE_CHECKING:
     Suffixed((".jsonl",)),
     "A .jsonl file with one line for each closing; those found in it are not computed again.",
 )
+@flag(
+    "--table",
+    "Add the region to NAME.capture.json beside the gripper's file, for plan_wrap of the ROS 2 "
+    "node.",
+)
 @mount_options
 @jobs_option
 @output_options
@@ -51,6 +57,7 @@ def capture(
     friction: float | None,
     pressure: float | None,
     results: Path | None,
+    table: bool,
     jobs: int | None,
     as_json: bool,
     plot: Path | None,
@@ -64,11 +71,14 @@ def capture(
     """
     from spiral_core.grip.capture import CaptureOutcome, capture_region
     from spiral_core.grip.setup import lay_into_coil
+    from spiral_gripper.files.regions import SUFFIX, write_region
     from spiral_gripper.reports.fields import document_of, rows_of
     from spiral_gripper.reports.grip.capture import CAPTURE
     from spiral_gripper.reports.grip.study import CaptureFile
 
     description = described(gripper)
+    if table:
+        own_file_beside(description, gripper, SUFFIX)
     mount = mounted(description.gripper, options)
     if payload is not None and not any(mount.gravity):
         raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
@@ -92,6 +102,8 @@ def capture(
         print_json(document_of(CAPTURE, region))
     else:
         print_rows(f"{mount.name}, how far off may it be?", rows_of(CAPTURE, region))
+    if table and region.center is CaptureOutcome.HOLDS:
+        say_written(write_region(region, description))
     if plot is not None:
         from spiral_gripper.reports.grip.plots import capture_figure
 

@@ -280,17 +280,11 @@ def _tabulate(gripper: str, count: int, given: list[str], as_json: bool) -> int:
     from spiral_core.grip.table import TOLERANCE
     from spiral_core.grip.tabulate import solve_table
     from spiral_gripper.cli.workers import core_count, process_pool
-    from spiral_gripper.files.catalog import available_grippers
-    from spiral_gripper.files.grips import grips_path, write_grips
+    from spiral_gripper.files.grips import SUFFIX, write_grips
     from spiral_gripper.files.shown import shown, shown_range
 
-    if gripper in available_grippers():
-        raise click.UsageError(
-            f"{gripper} comes with its table; for one of your own copy the file first: "
-            f"spiral-gripper grippers show {gripper} > mine.yaml"
-        )
     description = described(gripper)
-    path = Suffixed((".json",)).convert(grips_path(description), None, None)
+    path = own_file_beside(description, gripper, SUFFIX)
     with (
         process_pool(core_count()) as executor,
         progress_bar("closing, then pulling", quiet=as_json) as progress,
@@ -312,6 +306,23 @@ def _tabulate(gripper: str, count: int, given: list[str], as_json: bool) -> int:
         )
         say_written(path)
     return 0 if len(not_held) < len(found.radii) else 1
+
+
+def own_file_beside(description: GripperDescription, name: str, suffix: str) -> Path:
+    """Return the path of a file to write beside a description, where files can be written.
+
+    Raises:
+        click.UsageError: the gripper was given by the name of a shipped one.
+    """
+    from spiral_gripper.files.beside import path_beside
+    from spiral_gripper.files.catalog import available_grippers
+
+    if name in available_grippers():
+        raise click.UsageError(
+            f"--table writes a file beside that of the gripper, and {name} is a shipped one; copy "
+            f"it first: spiral-gripper grippers show {name} > mine.yaml"
+        )
+    return Suffixed((".json",)).convert(path_beside(description, suffix), None, None)
 
 
 def _varied(

@@ -19,7 +19,8 @@ from spiral_core.validation import (
     require_non_negative,
     require_positive,
 )
-from spiral_core.wrap.gripper import FRICTION_MAX, Gripper
+from spiral_core.wrap.gripper import DEFAULT_FRICTION, FRICTION_MAX, Gripper
+from spiral_gripper.files.regions import StoredRegion, capture_margin
 from spiral_gripper_msgs.msg import ObjectToWrap, PlannedWrap
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.plan import WrapPlan
@@ -58,6 +59,7 @@ class PlanContext:
             known; for the present mount.
         solve_grip: returns the grip on one object, in seconds, unless it is no longer awaited.
         now: time that the age of grips is counted to [s].
+        regions: of capture that are known.
     """
 
     planner: AnyPlanner
@@ -69,6 +71,7 @@ class PlanContext:
     known_grip: Callable[[WrapPlan, float, None, float], GripAnswer | None]
     solve_grip: Callable[[GripQuestion, Callable[[], bool]], GripCurve]
     now: float
+    regions: tuple[StoredRegion, ...] = ()
 
 
 def answer_plan_wrap(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
@@ -166,6 +169,7 @@ class _Answers:
             object_axis=[vector_to_msg(plan.wrap.coil.axis)],
             object_center=[vector_to_msg(placement.center, Point)],
             largest_gap=placement.largest_gap,
+            capture_margin=self._capture_margin(asked, pressure, plan),
             success=True,
             message=f"wraps {radius:.4g} m with {plan.wrap.turns:.3g} turns at {pressure:.6g} Pa, "
             f"{above:.4g} Pa above the bare wrap; "
@@ -203,6 +207,17 @@ class _Answers:
         question = GripQuestion(plan.gripper, asked.radius, friction, pose)
         solved = context.solve_grip(question, context.is_wanted)
         return solved.answer(pressure, at_pose=pose is not None)
+
+    def _capture_margin(self, asked: ObjectToWrap, pressure: float, plan: WrapPlan) -> float | None:
+        """Return how far inside of a known region of capture the object is, if it is seen."""
+        if not asked.pose:
+            return None
+        line, friction = line_from_msg(asked.pose[0]), known(asked.friction_coefficient)
+        if friction is None:
+            own = plan.gripper.friction_coefficient
+            friction = DEFAULT_FRICTION if own is None else own
+        closing = pressure, asked.radius, plan.gripper.gravity, friction, known(asked.payload)
+        return capture_margin(self._context.regions, *line, closing)
 
 
 def _refused(refusal: Refusal) -> PlannedWrap:

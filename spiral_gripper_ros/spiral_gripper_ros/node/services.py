@@ -96,6 +96,7 @@ class Services:
                 known_grip=loaded.grip,
                 solve_grip=runtime.solved_grip,
                 now=runtime.now(),
+                regions=loaded.regions,
             )
             question = functools.partial(answer_plan_wrap, request, response, context)
             return await pool.ask(self._node.executor, question)

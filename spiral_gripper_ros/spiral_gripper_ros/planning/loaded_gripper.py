@@ -13,6 +13,7 @@ from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription
+from spiral_gripper.files.regions import StoredRegion
 from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
@@ -77,6 +78,7 @@ class LoadedGripper:
         gravity: in the base frame [m/s^2].
         pool: where planners are made.
         grips: what is known of grips by contact.
+        regions: of capture that are known.
 
     Attributes:
         planner: the present one.
@@ -85,10 +87,15 @@ class LoadedGripper:
     """
 
     def __init__(
-        self, description: GripperDescription, gravity: Vector, pool: Executor, grips: GripFollower
+        self,
+        description: GripperDescription,
+        gravity: Vector,
+        pool: Executor,
+        grips: GripFollower,
+        regions: tuple[StoredRegion, ...] = (),
     ) -> None:
         self.description, self.gripper = description, description.gripper
-        self.gravity, self.grips = gravity, grips
+        self.gravity, self.grips, self.regions = gravity, grips, regions
         still_loading = StillLoadingError(f"{self.gripper.name} is being loaded")
         self.planner: AnyPlanner = NoPlanner(gravity, still_loading)
         self.commanded, self.measured = FollowedShape(step=0.0), FollowedShape(step=MEASURED_STEP)

@@ -102,12 +102,9 @@ class EventLog:
             f"with at most {_kilopascal(cap)}"
         )
 
-    def tell_no_table(self, error: FileError) -> None:
-        """Log why there is no table of grips: there is no file, or it cannot be used."""
-        if error.action == "read":
-            self._logger.info(f"no table of grips: {error}")
-        else:
-            self._logger.warning(f"no table of grips: {error}")
+    def tell_nothing_beside(self, error: FileError) -> None:
+        """Log why there is no answer beside a description: no file, or one that is not used."""
+        (self._logger.info if error.action == "read" else self._logger.warning)(str(error))
 
     def tell_others(self, publishers: int) -> None:
         """Warn if more than one node commands the regulator, once for each number of them."""

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray
@@ -18,9 +18,9 @@ from visualization_msgs.msg import MarkerArray
 
 from spiral_core.errors import SpiralError
 from spiral_core.grip.curve import GripCurve, GripQuestion
-from spiral_core.grip.table import GripTable
 from spiral_gripper import GripperDescription, load_description
 from spiral_gripper.files.grips import read_grips
+from spiral_gripper.files.regions import read_regions
 from spiral_gripper.files.storage import FileError
 from spiral_gripper_msgs.msg import Grip, GripStatus, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
@@ -54,6 +54,7 @@ _MANAGED = {
     "measured_backbone": PoseArray,
     "markers": MarkerArray,
 }
+Beside = TypeVar("Beside")
 NOT_CONFIGURED = "the node has no gripper yet: configure it first"
 # What may be commanded while no gripper is loaded [Pa]; nothing is: the node is inactive.
 NO_GRIPPER_PRESSURE = 1.0
@@ -307,16 +308,21 @@ class Runtime:
     def _made(self, description: GripperDescription) -> LoadedGripper:
         """Return a gripper that is still to be planned for."""
         gravity, pools = gravity_or_own(self.gravity, description.gripper), self.background
-        table = self._table(description)
+        table = self._beside(read_grips, description)
+        if table is not None:
+            table = replace(table, computed_at=self.now())
         grips = GripFollower(description.gripper, gravity, table, self._solve_grip, pools.grips)
-        return LoadedGripper(description, gravity, pools.gravity, grips)
+        regions = self._beside(read_regions, description) or ()
+        return LoadedGripper(description, gravity, pools.gravity, grips, regions)
 
-    def _table(self, description: GripperDescription) -> GripTable | None:
-        """Return the table of grips beside a description; log why there is none."""
+    def _beside(
+        self, read: Callable[[GripperDescription], Beside], description: GripperDescription
+    ) -> Beside | None:
+        """Return what a file beside a description holds; log why that cannot be used."""
         try:
-            return replace(read_grips(description), computed_at=self.now())
+            return read(description)
         except FileError as error:
-            self.log.tell_no_table(error)
+            self.log.tell_nothing_beside(error)
         return None
 
     def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
