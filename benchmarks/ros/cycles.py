@@ -86,7 +86,7 @@ class Rig:
                 Parameter("activation", value="take_over"),
                 Parameter("publish.marker_rate", value=0.0),
                 Parameter("pressure.rate_up", value=1.0e5),  # a wrap within WRAP_TIME
-                Parameter("grip.table_radii", value=grip_radii),
+                Parameter("grip.contact", value=grip_radii > 0),
             ],
         )
         if grip_radii:

@@ -87,6 +87,7 @@ def test_text_is_read_up_to_the_limit(tmp_path):
     ("name", "cannot_be_read", "cannot_be_written"),
     [
         ("/dev/zero", "a device or a pipe", "not a plain file"),
+        ("/proc/self/mem", "the device reports a failure", ""),
         ("pipe", "a device or a pipe", "not a plain file"),
         ("no/file", "there is no such file", "there is no folder"),
         ("a\0b", "null character", "null character"),

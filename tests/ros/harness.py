@@ -47,7 +47,7 @@ PATIENT = {
 }
 # The pressure is that of the bare wrap, which the core answers, and no grip is computed beside the
 # tests; those of the grip set their own.
-BARE = {"grip.ratio": 1.0, "grip.table_radii": 0}
+BARE = {"grip.ratio": 1.0, "grip.contact": False}
 ALL = QoSProfile(depth=1000)
 ALL_AND_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

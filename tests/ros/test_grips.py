@@ -213,7 +213,7 @@ def test_an_object_that_is_seen_has_its_margin_in_the_region_of_capture(known, m
         {},
         {"pose": here, "payload": 0.03},
         {"pose": here, "friction_coefficient": 0.4},
-        {"pose": here, "overpressure": 100.0},
+        {"pose": here, "overpressure": 1e4},
         {"pose": here, "gravity": [Vector3(x=9.0)]},
     ):
         found = known.plan(**other)
@@ -237,10 +237,10 @@ def test_a_radius_that_contact_never_wraps_is_refused_once_that_is_known(known):
 
 
 def test_past_a_loss_that_becomes_known_later_nothing_is_wrapped(known):
-    pressure = known.follow(0.02, table_radii=0).plan.pressure
+    pressure = known.follow(0.02, contact=False).plan.pressure
     known.grasp(0.4 * pressure)
     assert known.follow(0.02).wrapped
-    assert not known.follow(0.02, table_radii=3).wrapped
+    assert not known.follow(0.02, contact=True).wrapped
     assert known.seen.pressure_command == pytest.approx(1.4 * pressure)
     assert known.told["wrap"].grip[0].holding_force_away == 0.0
 
@@ -303,7 +303,7 @@ def test_without_a_table_that_can_be_used_one_line_says_how_to_make_it(namespace
     mine = tmp_path / "mine.yaml"
     mine.write_text(text, encoding="utf-8")
     known, told = KnownGrips(namespace), []
-    known.runtime.log.tell_no_table = told.append
+    known.runtime.log.tell_nothing_beside = told.append
     known.set({"gripper": str(mine)})
     known.follow(0.02, duration=0.4)
     shutil.copy(GRIPPERS.path / "paper_design_70.grips.json", tmp_path / "mine.grips.json")

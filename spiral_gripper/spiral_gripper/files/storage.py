@@ -83,7 +83,7 @@ def read_text(path: Path) -> str:
         folder = "it is a folder"
         other = "it is a device or a pipe, not a plain file"
         raise FileError(str(path), "read", folder if stat.S_ISDIR(mode) else other)
-    with os.fdopen(handle, "rb") as file:
+    with _reasons_of(path, "read"), os.fdopen(handle, "rb") as file:
         data = file.read(LARGEST_FILE + 1)
     if len(data) > LARGEST_FILE:
         limit = f"it has more than {LARGEST_FILE / 1e6:g} MB"

@@ -202,8 +202,10 @@ class Grip(Parameters):
         0.0,
         LARGEST_PAYLOAD,
     )
-    table_radii: int = parameter(
-        6, "0: no grip is known or computed; above 0: the table's, and the object's in use.", 0, 50
+    contact: bool = parameter(
+        True,
+        "Whether grips with contact are used: those of the table, and of the object in use. false: "
+        "the criterion at the free coil's tip alone.",
     )
 
 

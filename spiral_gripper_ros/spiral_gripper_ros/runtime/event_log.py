@@ -104,7 +104,10 @@ class EventLog:
 
     def tell_nothing_beside(self, error: FileError) -> None:
         """Log why there is no answer beside a description: no file, or one that is not used."""
-        (self._logger.info if error.action == "read" else self._logger.warning)(str(error))
+        if error.action == "read":
+            self._logger.info(str(error))
+        else:
+            self._logger.warning(str(error))
 
     def tell_others(self, publishers: int) -> None:
         """Warn if more than one node commands the regulator, once for each number of them."""

@@ -185,7 +185,7 @@ class Runtime:
         if self.loaded is None:
             return
         radius, seen = self.control.snapshot().radius, self.seen_object()
-        rate, is_on = self.values.pressure.rate_up, self.values.grip.table_radii > 0
+        rate, is_on = self.values.pressure.rate_up, self.values.grip.contact
         if self.loaded.follow_grips(self.now(), rate, radius, seen, is_on=is_on):
             self.control.replan(self.loaded.planner)
 
