@@ -298,6 +298,20 @@ def test_away_from_the_tables_gravity_nothing_is_recommended(known):
     assert seen.pressure_target == pytest.approx(1.08 * seen.plan.wrap.pressure)
 
 
+def test_an_object_is_not_held_more_loosely_once_its_grip_is_no_longer_known(known):
+    known.use(curling=1.4, loss=math.inf)
+    tight = known.follow(0.02, duration=0.4, ratio=math.nan)
+    multiple = tight.pressure_target / tight.plan.pressure
+    assert multiple > 1.15
+    known.set({"gravity.vector": (9.0, 2.0, 3.0)})
+    known.runtime.background.gravity.submit(int).result()  # planned for
+    seen = known.follow(0.02, duration=0.4)
+    assert seen.plan.recommended is None
+    assert seen.pressure_target == pytest.approx(multiple * seen.plan.pressure)
+    loose = known.follow(0.03, duration=0.4)  # another object
+    assert loose.pressure_target == pytest.approx(1.1 * loose.plan.pressure)
+
+
 def test_without_a_table_that_can_be_used_one_line_says_how_to_make_it(namespace, tmp_path):
     text = (GRIPPERS.path / "prototype_p1.yaml").read_text(encoding="utf-8")
     mine = tmp_path / "mine.yaml"

@@ -71,7 +71,8 @@ class Target:
         """Plan for ``radius`` [m] and make it the target, or return why not and change nothing.
 
         Without an overpressure it is that of :func:`default_overpressure`. An object that stays
-        in use is not held more loosely because its grip becomes known, as when an arm turns.
+        in use is not held more loosely because its grip becomes known, or is no longer known, as
+        when an arm turns.
         """
         try:
             plan = planner.plan(radius)
@@ -94,13 +95,13 @@ class Target:
     def _kept(self, radius: float, plan: WrapPlan, limits: Limits) -> float:
         """Return the multiple of the bare wrap at which the object in use is held at least.
 
-        It is that of the moment at which the grip becomes known; 0: none.
+        It is that of the moment at which the grip becomes known, or is no longer known; 0: none.
         """
         if self.plan is None or self._is_other(radius, limits.radius_hysteresis):
             return 0.0
         if self._demanded is not None or limits.grip_ratio is not None:
             return 0.0
-        if self.plan.recommended is None and plan.recommended is not None:
+        if (self.plan.recommended is None) is not (plan.recommended is None):
             return 1.0 + self.overpressure / self.plan.pressure
         return self._least
 
