@@ -14,9 +14,6 @@ from spiral_gripper.files.units import Dimension
 from spiral_gripper_ros.control.states import TRANSITIONS, State
 from spiral_gripper_ros.parameters.spec import ParameterSpec
 from spiral_gripper_ros.parameters.table import PARAMETERS
-from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
-from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
-from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 
 PAGES = Path(__file__).parent
 BLOCK = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
@@ -27,12 +24,8 @@ def tables() -> dict[str, str]:
     return {
         "fields": _fields(),
         "transitions": _transitions(),
-        "laws": _laws(),
         "quantities": _quantities(),
         "node_parameters": _parameters(PARAMETERS),
-        "regulator_parameters": _parameters(REGULATOR_PARAMETERS),
-        "simulated_regulator_parameters": _parameters(SimulatedRegulatorParameters.specs()),
-        "radius_source_parameters": _parameters(RadiusParameters.specs()),
     }
 
 
@@ -43,12 +36,14 @@ def with_tables(page: str) -> str:
 
 
 def _fields() -> str:
-    by_law = {f"material.{constant}" for law in LAWS for constant in constants_of(law)}
+    """Return the fields of a gripper file; a constant is required by the laws that have it."""
     rows = []
     for name, field in FIELDS.items():
-        required = "by the law" if name in by_law else "yes" if field.required else "no"
-        rows.append((f"`{name}`", field.kind, required, field.allowed, field.default))
-    return _table(("field", "kind", "required", "allowed", "if left out"), rows)
+        laws = [f"`{law}`" for law in LAWS if name.removeprefix("material.") in constants_of(law)]
+        required = f"**required** by {', '.join(laws)}" if laws else "**required**"
+        left_out = required if laws or field.required else field.default
+        rows.append((f"`{name}`", field.kind, field.allowed, left_out))
+    return _table(("field", "kind", "allowed", "if left out"), rows)
 
 
 def _transitions() -> str:
@@ -66,11 +61,6 @@ def _transitions() -> str:
     return _table(("event", "from", "to", "command"), rows)
 
 
-def _laws() -> str:
-    rows = [(f"`{law}`", ", ".join(f"`{name}`" for name in constants_of(law))) for law in LAWS]
-    return _table(("law", "constants"), rows)
-
-
 def _quantities() -> str:
     """Return what the quantities of a gripper file are written like."""
     used = {field.dimension for field in FIELDS.values()}
@@ -83,12 +73,11 @@ def _quantities() -> str:
 
 
 def _parameters(specs: Sequence[ParameterSpec]) -> str:
-    """Return a table of parameters; those that cannot be set say so if others can."""
-    settable = not all(spec.read_only for spec in specs)
+    """Return a table of parameters; those that cannot be set say so."""
     rows = []
     for spec in specs:
         span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
-        fixed = " Fixed at the start." if settable and spec.read_only else ""
+        fixed = " Fixed at the start." if spec.read_only else ""
         rows.append((f"`{spec.name}`", _default(spec), span, f"{spec.description}{fixed}"))
     return _table(("name", "default", "range", "meaning"), rows)
 
