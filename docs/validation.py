@@ -57,9 +57,9 @@ LAW_INTRODUCTION = """\
 ## The section law on the same grippers
 
 The figures above are for the paper's `pressure_law: uniform`, to which the shipped constants
-belong. The [section law](derivations/section.md), the default, also counts the bending of the wall: the
-shape that wraps a radius is the same, at a higher pressure. The paper states that its own pressures
-for P1 are too low, which agrees in sign.
+belong. The [section law](derivations/section.md), the default, also counts the bending of the wall:
+the same shape needs a higher pressure. The paper states that its own pressures for P1 are too low,
+which agrees in sign.
 
 Pressure in kPa to wrap 1.05 turns about an object, hanging:
 
