@@ -116,7 +116,7 @@ def test_a_whip_that_no_step_resolves_is_damped_and_does_not_grow():
 
 @pytest.mark.slow
 def test_pulses_keep_the_grip_that_one_fast_rise_loses():
-    """The pulses of docs/closing.md: a valve that always rises at 60 kPa/s."""
+    """A valve that always rises at 60 kPa/s, in eight pulses."""
     setup = lay_into_coil(GRIPPER, 0.02)
     top, wait = 1.15 * setup.tip_pressure, 3.0
     rise = top / 6e4
