@@ -226,9 +226,10 @@ def fig9_section() -> str:
         figure.savefig(FIGURES / "grip_range.png", dpi=DPI // 2)
     own = [_off(case) for case in cases if not case.vertical]
     upright = [_off(case) for case in cases if case.vertical]
+    shown = [case for case in cases if case.radius in FIG4_RADII]
     slow = [closed(name, FIG4_RADII[0], Closing.SLOW) for name in names]
     return (
-        f"{FIG9}{_window_table(cases + slow)}{FIG9_NOTE}\nThe wrap begins {min(own):+.1f} to "
+        f"{FIG9}{_window_table(shown + slow)}{FIG9_NOTE}\nThe wrap begins {min(own):+.1f} to "
         f"{max(own):+.1f} % from the tip criterion's pressure, "
         f"{min(upright):+.1f} to {max(upright):+.1f} % where the object is vertical.\n"
         f"{_cause_of_early_wrap()}"

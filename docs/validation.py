@@ -57,14 +57,10 @@ LAW_INTRODUCTION = """\
 ## The section law on the same grippers
 
 The figures above are for the paper's `pressure_law: uniform`, to which the shipped constants
-belong. The [section law](derivations/section.md), the default, also counts the bending of the wall:
-the same shape needs a higher pressure. The paper states that its own pressures for P1 are too low,
-which agrees in sign.
+belong. With the same constants the [section law](derivations/section.md), the default, which also
+counts the bending of the wall, needs more pressure for the same shape. The paper states that its
+own pressures for P1 are too low, which agrees in sign.
 
-Pressure in kPa to wrap 1.05 turns about an object, hanging:
-
-| gripper | law | 30 mm | 20 mm | 11 mm |
-| --- | --- | --- | --- | --- |
 """
 PSI2 = 13_789.514586  # the paper's step of pressure, 2 psi [Pa]
 SHIPPED = ("prototype_p1", "prototype_p2", "paper_design_70")
@@ -342,13 +338,15 @@ def with_law(description: GripperDescription, law: PressureLaw) -> Gripper:
 
 def law_section() -> str:
     """Return what the section law makes of the same constants."""
-    rows = []
+    parts = []
     for name in SHIPPED:
-        for law in (PressureLaw.UNIFORM, PressureLaw.SECTION):
-            curve = WrapCurve(with_law(load_description(name), law))
-            pressures = (kilo(curve.pressure_from_radius(radius)) for radius in (0.03, 0.02, 0.011))
-            rows.append(f"| {NAMES[name]} | `{law.value}` | {' | '.join(pressures)} |")
-    return LAW_INTRODUCTION + "\n".join(rows) + "\n"
+        laws = (PressureLaw.UNIFORM, PressureLaw.SECTION)
+        curves = [WrapCurve(with_law(load_description(name), law)) for law in laws]
+        low, high = ([c.pressure_from_radius(r) for r in (0.03, 0.02, 0.011)] for c in curves)
+        ratios = ", ".join(f"{b / a:.2f}" for a, b in zip(low, high, strict=True))
+        parts.append(f"{NAMES[name]} {ratios}")
+    times = f"Times the pressure at 30, 20 and 11 mm: {'; '.join(parts)}."
+    return f"{LAW_INTRODUCTION}{times}\n"
 
 
 SECTIONS: tuple[Callable[[], str], ...] = (paper_section, design_section, law_section)
