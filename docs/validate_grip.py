@@ -64,11 +64,6 @@ The paper: the force that pulls an object out of the coil rises slowly in the ov
 at the perfect wrap, and flattens while the end curls; at higher pressure the spiral unwinds.
 
 ![Holding force against pressure](figures/grip_force.png)
-
-Slopes of the force away from the base, in mN/kPa (the pressures are in the next table):
-
-| case | up to the wrap | wrapped | end curling |
-| --- | --- | --- | --- |
 """
 FIG4_VERDICT = """
 Computed: a slow rise, a knee within a few percent of the tip criterion, and a loss where the coil
@@ -172,13 +167,12 @@ def accuracy(what: str, grip: Grip) -> str:
 def fig4_section() -> str:
     """Force against pressure for radii of 15 and 20 mm: both prototypes."""
     cases = [closed(name, r) for name in ("prototype_p1", "prototype_p2") for r in FIG4_RADII]
-    grips = _draw_panels("grip_force.png", cases)
-    rows = [_knee(case.title, grip) for case, grip in zip(cases, grips, strict=True)]
-    return FIG4 + "\n".join(rows) + "\n" + FIG4_VERDICT
+    _draw_panels("grip_force.png", cases)
+    return FIG4 + FIG4_VERDICT
 
 
-def _draw_panels(name: str, cases: Sequence[Case]) -> list[Grip]:
-    """Draw force against pressure, a panel for each case; return the grips."""
+def _draw_panels(name: str, cases: Sequence[Case]) -> None:
+    """Draw force against pressure, a panel for each case."""
     grips = [solve_grip(case.window.setup, window=case.window) for case in cases]
     rows = len(cases) // 2
     with paper_style():
@@ -192,19 +186,6 @@ def _draw_panels(name: str, cases: Sequence[Case]) -> list[Grip]:
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)
         figure.savefig(FIGURES / name, dpi=DPI // 2)
-    return grips
-
-
-def _knee(what: str, grip: Grip) -> str:
-    """Return the row of a curve: the slopes of its three parts."""
-    window = grip.window
-    end = window.loss or window.top
-    curling = window.onset_curling or end
-    places = np.array((grip.onset_wrap, curling, min(end, grip.pressures[-1])))
-    force = np.interp(places, grip.pressures, grip.force(Pull.AWAY))
-    slopes = [force[0] / places[0], *(np.diff(force) / np.diff(places))]
-    cells = [f"{1e6 * slope:.1f}" for slope in slopes]
-    return f"| {what} | " + " | ".join(cells) + " |"
 
 
 def fig9_section() -> str:

@@ -61,6 +61,7 @@ PRINTED = {
         "2.5 to 1: held; the heavy end is 23.1 mm lower, by stretch",
         "the capstan equation allows 2.57 to 1",
     ),
+    "elastomer_law": ("57.13 kPa", "56.77 kPa"),
     "coil_on_a_cone": ("100% curled:  42% of the length touches, 1.06 N in all",),
     "cable_between_poles": (
         "span 0.80 m: sags 268.6 mm, pulls 0.460 N at each pole",

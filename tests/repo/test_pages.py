@@ -88,7 +88,9 @@ def test_a_page_is_read_in_a_few_minutes():
         assert len(re.findall(r"\S*\w\S*", WRITTEN.sub("", TEXTS[path]))) <= LONGEST, path
 
 
-@pytest.mark.parametrize("page", [README, DOCS / "sensitivity.md"], ids=lambda page: page.name)
+@pytest.mark.parametrize(
+    "page", [README, DOCS / "derivations/derivatives.md"], ids=lambda page: page.name
+)
 def test_the_python_of_a_page_prints_what_it_says(page):
     pairs = list(pairwise(FENCED.findall(TEXTS[page])))
     programs = [(text, *after) for (language, text), after in pairs if language == "python"]
