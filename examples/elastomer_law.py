@@ -34,14 +34,14 @@ class LopezPamies:
     def energy_density(self, first_invariant: float, second_invariant: float) -> float:
         """Return the energy per volume at rest [J/m^3]."""
         a = self.exponent
-        return 3.0 ** (1.0 - a) / (2.0 * a) * self.shear_modulus * (first_invariant**a - 3.0**a)
+        scale = self.shear_modulus * math.pow(3.0, 1.0 - a) / (2.0 * a)
+        return scale * (math.pow(first_invariant, a) - math.pow(3.0, a))
 
     def invariant_derivatives(
         self, first_invariant: float, second_invariant: float
     ) -> InvariantDerivatives:
         """Return the derivatives of the energy by I1 and I2 [Pa]."""
-        scale = 0.5 * 3.0 ** (1.0 - self.exponent) * self.shear_modulus
-        first = scale * first_invariant ** (self.exponent - 1.0)
+        first = 0.5 * self.shear_modulus * math.pow(first_invariant / 3.0, self.exponent - 1.0)
         return InvariantDerivatives(first=first, second=0.0)
 
 
