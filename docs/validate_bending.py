@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import csv
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -211,26 +211,12 @@ def page(specimens: Specimens) -> str:
         """## One pressure left out
 
 Root mean square of predicted over measured bend angle, minus one, and in brackets the largest
-error. A fit to all other pressures predicts each; "none at" a pressure that it does not reach. The
-law that AICc chooses for a specimen is in bold.
+error, with `section`. A fit to all other pressures predicts each; "none at" a pressure that it does
+not reach. The law that AICc chooses for a specimen is in bold.
 """,
-        _table(["pressure law", "law", *angles], _both(_left_out_rows, outcomes, specimens)),
+        _table(["law", *angles], _left_out_rows(outcomes[PressureLaw.SECTION], specimens)),
     ]
     return "\n".join(parts) + "\n"
-
-
-def _both(
-    rows: Callable[[Outcomes, Specimens], list[list[str]]], by_law: ByLaw, specimens: Specimens
-) -> list[list[str]]:
-    """Return a table's rows for each pressure law, and once those that have none."""
-    found: list[list[str]] = []
-    for pressure_law, outcomes in by_law.items():
-        for row in rows(outcomes, specimens):
-            measured = row[0] == MEASURED
-            labeled = ["", *row] if measured else [pressure_law.value, *row]
-            if not (measured and labeled in found):
-                found.append(labeled)
-    return found
 
 
 def _summary(by_law: ByLaw, specimens: Specimens) -> str:
