@@ -210,9 +210,9 @@ def fig9_section() -> str:
     shown = [case for case in cases if case.radius in FIG4_RADII]
     slow = [closed(name, FIG4_RADII[0], Closing.SLOW) for name in names]
     return (
-        f"{FIG9}{_window_table(shown + slow)}{FIG9_NOTE}\nThe wrap begins {min(own):+.1f} to "
-        f"{max(own):+.1f} % from the tip criterion's pressure, "
-        f"{min(upright):+.1f} to {max(upright):+.1f} % where the object is vertical.\n"
+        f"{FIG9}{_window_table(shown + slow)}{FIG9_NOTE}\n"
+        f"At the radii of the picture the wrap begins {-max(own):.1f} to {-min(own):.1f} % below the tip criterion's\npressure, "
+        f"{-max(upright):.1f} to {-min(upright):.1f} % where the object is vertical. "
         f"{_cause_of_early_wrap()}"
     )
 
@@ -227,9 +227,9 @@ def _cause_of_early_wrap() -> str:
     finer = replace(setup, elements=2 * setup.element_count)
     off = [_onset_off(case) for case in (setup, finer, weightless)]
     return (
-        f"The cause is gravity: P1 around 15 mm is wrapped {off[0]:+.1f} % from the criterion, "
-        f"{off[1]:+.1f} % on\ntwice the elements, {off[2]:+.1f} % without gravity. The weight "
-        "leaves a gap between the free coil's\ntip and the object, which contact closes early.\n"
+        f"The cause is gravity: for P1\naround 15 mm the difference is {off[0]:+.1f} %, on twice "
+        f"the elements {off[1]:+.1f} %, without gravity {off[2]:+.1f} %.\nThe weight leaves a gap "
+        "between the free coil's tip and the object, which contact closes early.\n"
     )
 
 
