@@ -211,7 +211,8 @@ def fig9_section() -> str:
     slow = [closed(name, FIG4_RADII[0], Closing.SLOW) for name in names]
     return (
         f"{FIG9}{_window_table(shown + slow)}{FIG9_NOTE}\n"
-        f"At the radii of the picture the wrap begins {-max(own):.1f} to {-min(own):.1f} % below the tip criterion's\npressure, "
+        f"At the radii of the picture the wrap begins {-max(own):.1f} to {-min(own):.1f} % below "
+        "the tip criterion's\npressure, "
         f"{-max(upright):.1f} to {-min(upright):.1f} % where the object is vertical. "
         f"{_cause_of_early_wrap()}"
     )
