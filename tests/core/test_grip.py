@@ -403,3 +403,11 @@ def test_setups_and_pressures_are_checked_and_what_was_not_looked_at_is_not_answ
     ):
         with pytest.raises(InvalidInputError):
             ask()
+
+
+@pytest.mark.parametrize("distance", [0.0, 0.1, 0.123])
+def test_directions_are_square_where_the_objects_axis_meets_the_base(distance: float) -> None:
+    setup = lay_into_coil(gripper(), 0.025)
+    place = tuple((distance * setup.axis).tolist())
+    frame = replace(setup, obstacle=replace(setup.obstacle, position=place)).frame
+    np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)

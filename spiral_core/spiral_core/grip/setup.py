@@ -103,9 +103,9 @@ class GripSetup:
     def frame(self) -> Array:
         """Unit rows (3, 3): along the object, from the base square to it, across both."""
         axis = self.axis
-        away = np.asarray(self.obstacle.position)
-        away = away - (away @ axis) * axis
-        if not np.linalg.norm(away) > 0.0:
+        place = np.asarray(self.obstacle.position)
+        away = place - (place @ axis) * axis
+        if not np.linalg.norm(away) > NO_SIDE * np.linalg.norm(place):  # the axis meets the base
             away = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         away = away / np.linalg.norm(away)
         return np.array((axis, away, np.cross(axis, away)))
