@@ -14,10 +14,12 @@ from matplotlib.figure import Figure
 
 from spiral_core import (
     CalibrationModel,
+    CurvatureForm,
     FreeActuation,
     InvalidInputError,
     NeoHookean,
     ObjectPlacement,
+    PressureLaw,
     calibrate,
     pressure_uncertainty,
 )
@@ -75,7 +77,10 @@ def test_a_shape_has_its_objects_projection_as_outline_or_none():
 
 
 def test_the_sheet_shows_each_turn_in_true_size():
-    (page,) = winding_figures(ACTUATOR, "p2", 0.02)
+    single = ACTUATOR.single_fibers[0]
+    pair = (single, replace(single, position=single.position + 1.0))
+    exact = {"pressure_law": PressureLaw.SECTION, "curvature_form": CurvatureForm.EXACT}
+    (page,) = winding_figures(replace(ACTUATOR, single_fibers=pair, **exact), "p2", 0.02)
     (axes,) = page.axes
     assert (*axes.get_xlim(), *axes.get_ylim()) == (0.0, 210.0, 0.0, 279.0)
     ruler, *lines = axes.get_lines()
@@ -84,7 +89,7 @@ def test_the_sheet_shows_each_turn_in_true_size():
     strips = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
     assert [strip.width for strip in strips] == pytest.approx([around] * len(strips))
     assert sum(strip.height for strip in strips) == pytest.approx(1e3 * ACTUATOR.tube.length)
-    fibers = [*windings_of(ACTUATOR), *ACTUATOR.single_fibers]
+    fibers = [*windings_of(ACTUATOR), *pair]
     drawn = itertools.product(strips, fibers)  # strip by strip
     for line, (strip, fiber) in zip(lines, drawn, strict=True):
         pieces = line.get_xydata().reshape(-1, 3, 2)[:, :2]  # two ends each, and the gap
@@ -95,6 +100,8 @@ def test_the_sheet_shows_each_turn_in_true_size():
         assert right - left == pytest.approx(across, abs=1e-9)
         assert np.diff(left) == pytest.approx(-around)  # each turn is drawn anew
         assert line.clipbox.extents == pytest.approx(axes.transData.transform_bbox(strip).extents)
+    first, second = (line.get_xdata()[0] for line in lines[len(fibers) - 2 : len(fibers)])
+    assert math.tau * (second - first) / around % math.tau == pytest.approx(1.0)
 
 
 def test_a_sheet_that_cannot_be_is_refused_and_a_long_tube_takes_two(tmp_path, said):
