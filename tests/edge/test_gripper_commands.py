@@ -170,6 +170,7 @@ def test_grippers_are_listed_and_shown(answer, said):
     shown = answer("grippers", "show", str(source))
     assert shown["tube"]["length"] == 0.5
     assert shown["pressure_max"] == pytest.approx(110316.117)
+    assert shown["stiffness"]["sideways"] == shown["stiffness"]["bending"]
 
 
 def test_a_check_says_which_radii_contact_holds(answer, said, tmp_path, monkeypatch):

@@ -100,7 +100,7 @@ def _document(name_or_path: str) -> dict[str, Any]:
         "stiffness": {
             "bending": section.bending,
             "torsional": section.torsional,
-            "sideways": section.sideways if section.sideways != section.bending else None,
+            "sideways": section.sideways,
             "coupling": section.coupling,
         },
         "gravity": gripper.gravity,
