@@ -62,6 +62,7 @@ MISTAKES = {
     "name: " + "[" * 1000: "lists or mappings are nested too deep",
     "name: a\ntube\n  length: 1": "2:5: this is not valid YAML: a colon is missing",
     "name: a\ntube\n\n  length: 1": "2:5: this is not valid YAML: a colon is missing",
+    "# a\ntube\n\n  length: 1": "2:5: this is not valid YAML: a colon is missing",
 }
 
 

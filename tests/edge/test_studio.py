@@ -6,6 +6,7 @@ import math
 import threading
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -34,7 +35,7 @@ from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
 from spiral_gripper.studio.session import Session, answer_for, object_shape
 from spiral_gripper.studio.settings import gripper_for, settings_of
-from spiral_gripper.studio.words import answer_text, closing_line
+from spiral_gripper.studio.words import answer_text, closing_line, grip_lines
 
 RADIUS = 0.0055
 # A polygon's area as a fraction of its circle's.
@@ -186,6 +187,10 @@ def test_words_say_what_is_known(answer):
     unheld = told(replace(answer, no_grip="it slips"))
     assert unheld.startswith("**not wrapped** (in contact)")
     assert "**not held:** it slips" in unheld
+    point = SimpleNamespace(pressure=6e4, contact_length=0.12345, normal_force=1.2345)
+    window = SimpleNamespace(onset_wrap=None, top=9e4, points=[point])
+    said = grip_lines(replace(answer, window=window), SETTINGS)[0]
+    assert said == "123 mm in contact, presses with 1.23 N (solved at 60 kPa)"
     refused = replace(answer, wrap=None, placement=None, refusal="too thick for it")
     assert "20 mm cannot be wrapped:** too thick for it" in told(refused)
     limit = GRIPPER.pressure_max  # 16 psi

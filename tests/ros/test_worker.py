@@ -44,6 +44,11 @@ def stuck():
     re.match(r"(a+)+$", "a" * 40 + "b")
 
 
+def slow_process_id():
+    time.sleep(0.5)
+    return os.getpid()
+
+
 def end_soon(worker):
     threading.Timer(0.7, worker.end, ["canceled"]).start()
 
@@ -64,6 +69,11 @@ def wait_for_the_end(process_id):
     while Path(f"/proc/{process_id}").exists():
         assert time.monotonic() < deadline
         time.sleep(0.02)
+
+
+def test_one_process_answers_questions_one_after_the_other(worker):
+    one, other = worker.submit(slow_process_id), worker.submit(slow_process_id)
+    assert one.result() == other.result()
 
 
 @pytest.mark.parametrize(
