@@ -234,3 +234,15 @@ def test_what_has_no_derivatives_is_refused():
     motion = solve_motion(lambda _: falling, Inertia(0.03, 1e-7), (0.0, 0.1), start=begin)
     with pytest.raises(InvalidInputError, match="one at rest"):
         differentiate(motion.frames[-1].state)
+
+
+def test_a_tip_that_alone_rests_on_a_floor_follows_it():
+    """The floor takes half of the tip's force."""
+    deflection = 1e-4 * FORCE * LENGTH**3 / (3.0 * BENDING)
+    floor = Obstacle(Plane(), position=(0.0, 0.0, -0.5 * deflection - 2e-3))
+    rod, load = Rod(LENGTH, SECTION, radius=2e-3), RodLoad(tip_force=(0.0, 0.0, -1e-4 * FORCE))
+    state = solve_rod(rod, load, obstacles=(floor,), elements=40)
+    found = differentiate(state, ("obstacle_position",))
+    assert np.flatnonzero(state.touching[0]).tolist() == [40]
+    # The bent tip also moves along the floor, by its slope.
+    assert found.positions[2, -1] == pytest.approx((0.0, 0.0, 1.0), abs=1e-4)

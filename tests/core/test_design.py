@@ -282,3 +282,7 @@ def test_a_helix_about_a_helical_fiber_is_widest_at_some_stretch():
     assert report.binding.constraint is Constraint.LARGEST_RADIUS
     assert report.relaxations[0].field == "radius_max"
     designed(replace(steep, radius_max=report.relaxations[0].sufficient))
+
+
+def test_the_fifth_step_states_the_margin_of_the_object_length(report):
+    assert report.steps[4].remark.startswith("object length: ")

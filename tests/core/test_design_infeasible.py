@@ -25,6 +25,7 @@ from spiral_core import (
 )
 from spiral_core.design import relaxations, rod_correction
 from spiral_core.design.margin import Margin, tightest
+from spiral_core.design.report import Relaxation
 
 pytestmark = pytest.mark.long
 
@@ -217,3 +218,7 @@ def test_the_limit_is_the_one_of_an_exhaustive_scan_that_shares_nothing():
     # What is reached never falls when more is wanted.
     assert len(reached) >= 2
     assert reached == sorted(reached)
+
+
+def test_a_relaxation_is_as_large_as_the_fraction_that_it_changes() -> None:
+    assert Relaxation("radius_max", 2.0, 1.5, "").relative == 0.25
