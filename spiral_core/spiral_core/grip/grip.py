@@ -395,11 +395,9 @@ def refine(grip: Grip) -> Refinement:
 
 def _change(coarse: float | None, fine: float | None) -> float:
     """Return how far two values differ, as a fraction of the finer."""
-    if coarse is None and fine is None:
+    if coarse == fine:
         return 0.0
-    if coarse is None or fine is None:
-        return math.inf
-    return 0.0 if coarse == fine else abs(coarse - fine) / max(abs(fine), 1e-300)
+    return abs(coarse - fine) / abs(fine) if fine and coarse is not None else math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,7 +151,7 @@ def solve_close(question: CloseQuestion, progress: Progress | None = None) -> So
     frequency = settling = None
     with suppress(SolverError):  # they are not known
         settling = settling_after_move(question.gripper, 0.0, MOVE, damping=question.damping)
-        frequency = float(vibrations(question.gripper, 0.0, 2).frequencies[0])
+        (frequency,) = vibrations(question.gripper, 0.0, 1).frequencies.tolist()
     closing = TimedClosing(setup, course, tuple(frames))
     return SolvedClose(
         question, pressure, closing, forces, frequency, settling, orderly, spread, advice,
