@@ -110,6 +110,7 @@ def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command, patience
     monkeypatch.setattr(sys, "argv", ["spiral-gripper", command])
     monkeypatch.setattr(main_module, "PATIENCE", 0.0)
     monkeypatch.setattr(main_module, "run", wait)
+    monkeypatch.setattr(signal, "getsignal", lambda _: None)  # else Ctrl-C would end this process
     with pytest.raises(SystemExit):
         main_module.main()
     assert ("computing" in screen.getvalue()) is (command == "wrap")
