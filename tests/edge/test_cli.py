@@ -19,6 +19,7 @@ from spiral_core.wrap.gripper import DEFAULT_TURNS, FRICTION_MAX
 from spiral_gripper.cli import calibrate, doctor, types
 from spiral_gripper.cli import main as main_module
 from spiral_gripper.cli.main import COMMANDS
+from spiral_gripper.cli.output import waiting
 from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper.files.description import GRAVITY_MAX
 from spiral_gripper.files.fields import LAWS
@@ -114,6 +115,13 @@ def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command, patience
     with pytest.raises(SystemExit):
         main_module.main()
     assert ("computing" in screen.getvalue()) is (command == "wrap")
+
+
+@pytest.mark.parametrize(("quiet", "said"), [(True, ""), (False, "closing ...\n")])
+def test_a_quiet_wait_prints_nothing(capsys, quiet, said):
+    with waiting("closing", quiet=quiet):
+        pass
+    assert capsys.readouterr().err == said
 
 
 def test_an_interrupt_ends_a_sweep_in_one_line():
