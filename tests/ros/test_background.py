@@ -18,7 +18,7 @@ from spiral_gripper_ros.runtime.background import Background
 
 def test_questions_that_wait_when_the_node_ends_are_dropped_without_a_word(caplog):
     background = Background()
-    begun, end = threading.Event(), threading.Event()
+    begun, end, begun_next = threading.Event(), threading.Event(), threading.Event()
 
     def first():
         begun.set()
@@ -28,7 +28,8 @@ def test_questions_that_wait_when_the_node_ends_are_dropped_without_a_word(caplo
     background.plans.ask(executor, first)
     assert begun.wait(60.0)
     with caplog.at_level(logging.ERROR, logger="concurrent.futures"):
-        waiting = background.plans.ask(executor, first)
+        waiting = background.plans.ask(executor, begun_next.set)
+        assert not begun_next.wait(0.2)  # one at a time
         background.end()
         end.set()
     assert not waiting.done()

@@ -67,13 +67,17 @@ def simulated(node, client):
 
 
 def test_before_the_clock_runs_nothing_is_commanded(simulated):
-    told = []
+    told, wait_until = [], simulated.client.wait_until
     simulated.node.runtime.outputs.publish_diagnostics = told.append
     simulated.follow()
-    simulated.client.wait_until(
-        lambda: told and CLOCK_STANDS_STILL in told[-1].status[0].message, "a warning"
-    )
+    wait_until(lambda: told and CLOCK_STANDS_STILL in told[-1].status[0].message, "a warning")
     assert not any(simulated.commands)
+
+    def runs():
+        simulated.advance()
+        return CLOCK_STANDS_STILL not in told[-1].status[0].message
+
+    wait_until(runs, "the end of the warning")
 
 
 def test_the_ramp_follows_the_clock_and_a_pause_holds_up_no_vent(simulated):
