@@ -191,6 +191,7 @@ MISUSES = {
     "{C} --hold extension_limit=1e-9": "must be from 0.1 to 10000: I1 - 3 at full",
     "{C} --hold 'c2=50 MPa'": "held constants must be such that some c1 makes a law",
     "{C} --unit pressure=psi --unit pressure=kPa": "given once",
+    "{C} --unit twist=deg": "--unit must be for a column of the files: extension,",
     "{C} --draws 1000000000 --radius '20 mm'": "'--draws'",
     "{C} --law neo_hookean --hold 'c1=150 kPa'": "",
     "{S} --hold 'c1=100 kPa'": "air: a free swing",
