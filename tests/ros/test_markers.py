@@ -2,6 +2,7 @@
 """What RViz draws: the geometry of the messages, and that they come and go on a real node."""
 
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from visualization_msgs.msg import Marker
 
 from spiral_core import WrapRegime
 from spiral_core.wrap.placement import ObjectPlacement, place_object
+from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.markers import (
     NAMESPACES,
@@ -21,6 +23,7 @@ from spiral_gripper_ros.messages.markers import (
     scene_to_msg,
 )
 from spiral_gripper_ros.planning.object_pose import object_line
+from spiral_gripper_ros.tools.studio import StudioListener
 
 OUTER = 0.00555
 ALWAYS = {"tube", "straight_fiber", "state"}
@@ -41,6 +44,15 @@ def drawn(points=50, **parts):
 
 def points_of(marker):
     return np.array([(p.x, p.y, p.z) for p in marker.points])
+
+
+def test_the_studio_hears_the_scene_that_was_sent(wrap):
+    markers = drawn(commanded=wrap.state, placement=place_object(wrap))
+    sent = {"status": GripStatus(), "markers": SimpleNamespace(markers=markers.values())}
+    heard = StudioListener.heard(SimpleNamespace(newest=sent.get, received_at=lambda _: 0.0))
+    assert heard.outer_radius == pytest.approx(OUTER)
+    assert heard.placement.radius == pytest.approx(wrap.object_radius)
+    assert heard.tube == pytest.approx(points_of(markers["tube"]))
 
 
 def test_every_message_adds_what_there_is_and_deletes_what_there_is_not(wrap):
