@@ -17,9 +17,7 @@ from scipy.optimize import brentq
 Array = NDArray[np.float64]
 
 
-def helix_on_cylinder(
-    stiffness: tuple[float, float], strain: tuple[float, float], rho: float, angle: float
-) -> tuple[Array, Array, float]:
+def helix_on_cylinder(stiffness, strain, rho, angle):
     """Return what a helix carries that lies evenly on a cylinder (Kirchhoff's equations).
 
     Without force along the axis, as with free ends.
@@ -42,7 +40,7 @@ def helix_on_cylinder(
     return np.array((n_t, 0.0, n_b)), np.array((m_t, 0.0, m_b)), n_t * curvature - torsion * n_b
 
 
-def helix_in_tube(bending: float, rho: float, angle: float) -> tuple[float, float]:
+def helix_in_tube(bending, rho, angle):
     """Return push F [N] and wall force q [N/m], inward positive, of a buckled straight rod.
 
     Free of moment about the axis and of torque at its ends, for any angle; at small ones
@@ -52,7 +50,7 @@ def helix_in_tube(bending: float, rho: float, angle: float) -> tuple[float, floa
     return 2.0 * bending * sin**2 * cos / rho**2, bending * sin**4 / rho**3
 
 
-def thick_capstan_exponent(friction: float, rho: float, r_o: float) -> float:
+def thick_capstan_exponent(friction, rho, r_o):
     """Return lambda in T ~ exp(lambda phi) of a rod that slides, where its curvature is constant.
 
     Friction acts at the surface, so it turns the section too: a mu lambda^2 + lambda - mu b = 0.
@@ -61,7 +59,7 @@ def thick_capstan_exponent(friction: float, rho: float, r_o: float) -> float:
     return (math.sqrt(1.0 + 4.0 * friction**2 * a * b) - 1.0) / (2.0 * friction * a)
 
 
-def lift_off_angle(bending: float, rho: float, tension: float) -> float:
+def lift_off_angle(bending, rho, tension):
     """Return psi, by which the tangent of a long straight rod still turns after it lifts off.
 
     sin(psi / 2) = sqrt(EI / F) / (2 rho). A point force F sin(psi) acts where it lifts off.
@@ -69,9 +67,7 @@ def lift_off_angle(bending: float, rho: float, tension: float) -> float:
     return 2.0 * math.asin(math.sqrt(bending / tension) / (2.0 * rho))
 
 
-def cantilever_over_cylinder(
-    bending: float, length: float, rho: float, force: float
-) -> tuple[float, Array]:
+def cantilever_over_cylinder(bending, length, rho, force):
     """Return the free length [m] and the tip (x, z) of a straight rod pressed over a cylinder.
 
     Clamped level on top of it, with a dead force down at the tip; large deflections. The free part
@@ -79,7 +75,7 @@ def cantilever_over_cylinder(
     EI / (P rho) and the tip sinks by L^2 / (2 rho) - EI^2 / (6 P^2 rho^3).
     """
 
-    def tip(free: float) -> Array:
+    def tip(free):
         turned = (length - free) / rho
         start = [rho * math.sin(turned), rho * (math.cos(turned) - 1.0), -turned, -1.0 / rho]
         return solve_ivp(

