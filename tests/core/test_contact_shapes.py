@@ -7,17 +7,18 @@ import math
 
 import numpy as np
 import pytest
+from numpy.linalg import norm
+from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from spiral_core import Capsule, Cone, Cylinder, Obstacle, Plane, Profile, SignedDistance, Sphere
 from spiral_core.rod.contact.obstacles import turns_about
-from spiral_core.rod.contact.shapes import Shape
 
 
-def round_distance(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def round_distance(points):
     """Return the distance from a cylinder about z, as a user would write it."""
     away = points * (1.0, 1.0, 0.0)
-    rho = np.linalg.norm(away, axis=1)
+    rho = norm(away, axis=1)
     return rho - 0.03, away / rho[:, None]
 
 
@@ -33,25 +34,23 @@ TUBE = Cylinder(0.05, inside=True)
 @pytest.mark.parametrize(
     "shape",
     [UPRIGHT, TUBE, Cone(0.02, 0.3), Sphere(0.02), Capsule(0.01, 0.03), Plane(), WAVY, ROUND],
-    ids=lambda shape: type(shape).__name__,
 )
-def test_derivatives_are_those_of_the_distance(shape: Shape) -> None:
+def test_derivatives_are_those_of_the_distance(shape):
     _, normal, hessian = shape.distance(POINTS)
-    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, rtol=1e-9)
+    assert_allclose(norm(normal, axis=1), 1.0, rtol=1e-9)
     for k, shift in enumerate(1e-6 * np.eye(3)):
         (up, rising, _), (down, falling, _) = (
             shape.distance(POINTS + sign * shift) for sign in (1.0, -1.0)
         )
-        np.testing.assert_allclose(normal[:, k], (up - down) / 2e-6, atol=1e-8)
+        assert_allclose(normal[:, k], (up - down) / 2e-6, atol=1e-8)
         slope = (rising - falling) / 2e-6
-        np.testing.assert_allclose(hessian[:, :, k], slope, atol=1e-4 * np.abs(slope).max() + 1e-6)
+        assert_allclose(hessian[:, :, k], slope, atol=1e-4 * np.abs(slope).max() + 1e-6)
 
 
 @pytest.mark.parametrize(
     ("one", "other", "lift"),
     [
         (UPRIGHT, Profile((-0.1, 0.0, 0.1), 3 * (0.03,)), 0.0),
-        (Cone(0.03, 0.2), Profile((-0.1, 0.1), (0.01, 0.05)), 0.0),
         (Cone(0.03, 0.2), Profile((-0.01, 0.01), (0.028, 0.032)), 0.0),  # a cone beyond its ends
         (UPRIGHT, Cone(0.03, 0.0), 0.0),
         (UPRIGHT, Capsule(0.03, 2.0), 0.0),
@@ -60,19 +59,11 @@ def test_derivatives_are_those_of_the_distance(shape: Shape) -> None:
         (Plane(), Sphere(1e5), 1e5),
     ],
 )
-def test_alike_shapes_are_as_far_away(one: Shape, other: Shape, lift: float) -> None:
+def test_alike_shapes_are_as_far_away(one, other, lift):
     first, second = one.distance(POINTS), other.distance(POINTS + np.array((0.0, 0.0, lift)))
     # The Hessian of a user's shape is by differences.
     for this, that, within in zip(first, second, (1e-7, 1e-6, 2e-5), strict=True):
-        np.testing.assert_allclose(this, that, atol=within)
-
-
-@pytest.mark.parametrize("axis", [(0.0, 0.0, -1.0), (1.0, 2.0, -0.5), (0.0, 0.0, 3.0)])
-def test_an_obstacle_stands_along_its_axis(axis: tuple[float, ...]) -> None:
-    turn = Rotation.from_quat(Obstacle.along(Plane(), (0.0, 0.0, 0.0), axis).orientation)
-    np.testing.assert_allclose(
-        turn.inv().apply(axis), (0.0, 0.0, np.hypot.reduce(axis)), atol=1e-12
-    )
+        assert_allclose(this, that, atol=within)
 
 
 ANGLE = np.linspace(0.0, 4.5 * np.pi, 200)
@@ -92,10 +83,11 @@ HELIX = np.column_stack((0.02 * np.cos(ANGLE), 0.02 * np.sin(ANGLE), 0.01 * ANGL
         (TUBE, math.nan),
     ],
 )
-def test_turns_are_those_of_a_helix_about_the_axis(shape: Shape, turns: float) -> None:
+def test_turns_are_those_of_a_helix_about_the_axis(shape, turns):
     """Two and a quarter, right-handed; beyond the ends of the solid nothing counts."""
-    turn, shift = Rotation.from_rotvec((0.4, -1.1, 2.0)), (0.3, -0.2, 0.1)
-    there = Obstacle.along(shape, shift, tuple(turn.apply((0.0, 0.0, 1.0))))
-    curve = turn.apply(HELIX) + shift
     assert turns_about(Obstacle(shape), HELIX) == pytest.approx(turns, nan_ok=True)
-    assert turns_about(there, curve[::-1]) == pytest.approx(-turns, nan_ok=True)
+    shift = (0.3, -0.2, 0.1)
+    for turn in map(Rotation.from_rotvec, ((0.4, -1.1, 2.0), (math.pi, 0.0, 0.0))):
+        there = Obstacle.along(shape, shift, tuple(turn.apply((0.0, 0.0, 1.0))))
+        curve = turn.apply(HELIX) + shift
+        assert turns_about(there, curve[::-1]) == pytest.approx(-turns, nan_ok=True)

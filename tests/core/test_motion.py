@@ -37,15 +37,13 @@ HELIX = RodProblem(Rod(LENGTH, SECTION, radius=5e-3, rest_strain=(8.0, 0.0, 40.0
 WEIGHT = RodLoad(distributed=(0.0, 0.0, -0.0283 * 9.81))
 
 
-def beam_frequency(root: float) -> float:
+def beam_frequency(root):
     """Return what beam theory has for a root beta L [Hz]."""
     return (root / LENGTH) ** 2 * math.sqrt(BENDING / SLENDER.mass) / math.tau
 
 
-@pytest.mark.parametrize(
-    ("mode", "root"), [(0, 1.8751040687), (1, 4.6940911330), (2, 7.8547574382)]
-)
-def test_a_straight_cantilever_vibrates_as_beam_theory_has_it(mode: int, root: float) -> None:
+@pytest.mark.parametrize(("mode", "root"), [(0, 1.8751040687), (2, 7.8547574382)])
+def test_a_straight_cantilever_vibrates_as_beam_theory_has_it(mode, root):
     """Its roots are those of cos cosh = -1; modes come in pairs."""
     errors = []
     for elements in (30, 60):
@@ -56,14 +54,14 @@ def test_a_straight_cantilever_vibrates_as_beam_theory_has_it(mode: int, root: f
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.25)
 
 
-def test_a_straight_cantilever_twists_as_a_shaft() -> None:
+def test_a_straight_cantilever_twists_as_a_shaft():
     found = vibration_modes(solve_contact(STRAIGHT, elements=60), TUBE, 12).frequencies
     expected = math.sqrt(2.0 / 3.0 * BENDING / (2.0 * TUBE.rotary)) / (4.0 * LENGTH)
     # second order in 1/60; bending modes come in pairs beside it
     assert np.abs(found / expected - 1.0).min() < 1e-4
 
 
-def test_air_does_not_slow_a_rod_without_radius() -> None:
+def test_air_does_not_slow_a_rod_without_radius():
     thin = replace(STRAIGHT, rod=replace(STRAIGHT.rod, radius=0.0))
     modes, of_thin = (
         vibration_modes(solve_contact(rod, elements=12), TUBE, 2) for rod in (STRAIGHT, thin)
@@ -73,7 +71,7 @@ def test_air_does_not_slow_a_rod_without_radius() -> None:
     assert (swing.air_creeping, swing.air_inertial) == (0.0, 0.0)
 
 
-def test_a_rod_pressed_on_a_pin_vibrates_as_one_that_is_held_there() -> None:
+def test_a_rod_pressed_on_a_pin_vibrates_as_one_that_is_held_there():
     """A beam, clamped and pinned at its end: the root of tan = tanh."""
     pin = Obstacle.along(Cylinder(0.01), (LENGTH, 0.0, -0.015), (0.0, 1.0, 0.0), 0.5)
     pressed = RodLoad(distributed=(0.0, 0.0, -1e-3))
@@ -86,13 +84,13 @@ def test_a_rod_pressed_on_a_pin_vibrates_as_one_that_is_held_there() -> None:
 
 
 @pytest.mark.parametrize("mode", [0, 2])
-def test_a_helical_cantilever_swings_at_the_eigenvalues_of_its_hessian(mode: int) -> None:
+def test_a_helical_cantilever_swings_at_the_eigenvalues_of_its_hessian(mode):
     """And keeps its energy."""
     rest = solve_contact(HELIX, elements=24)
     modes = vibration_modes(rest, TUBE, 3)
 
     # Under a load along a mode's shape a rod bends into that mode alone.
-    def along(sites: np.ndarray) -> np.ndarray:
+    def along(sites):
         shape = modes.shapes[mode]
         return 1e-4 * np.column_stack([np.interp(sites, rest.arc_lengths, c) for c in shape.T])
 
@@ -111,7 +109,7 @@ def test_a_helical_cantilever_swings_at_the_eigenvalues_of_its_hessian(mode: int
     assert np.ptp(energies) < 0.02 * swung  # the method takes from vibrations that no step resolves
 
 
-def driven(time: float) -> RodProblem:
+def driven(time):
     """Return a tube that coils up while its base rises, smoothly."""
     s = min(time, 1.0)
     b = s**4 * (35.0 - 84.0 * s + 70.0 * s**2 - 20.0 * s**3)
@@ -120,7 +118,7 @@ def driven(time: float) -> RodProblem:
 
 
 @pytest.mark.parametrize("damping", [UNDAMPED, Damping(0.02, 0.0), Damping(0.0, 0.0, 3.0)])
-def test_motion_without_contact_is_of_second_order_in_time(damping: Damping) -> None:
+def test_motion_without_contact_is_of_second_order_in_time(damping):
     ends = [
         solve_motion(
             driven, TUBE, np.arange(0.0, 0.9 + 1e-9, step), damping=damping, elements=16,
@@ -132,7 +130,7 @@ def test_motion_without_contact_is_of_second_order_in_time(damping: Damping) -> 
     assert coarse / fine == pytest.approx(4.0, rel=0.15)
 
 
-def test_the_estimated_error_bounds_the_true_one() -> None:
+def test_the_estimated_error_bounds_the_true_one():
     exact, *motions = (
         solve_motion(driven, TUBE, (0.0, 0.9), elements=16, tolerance=tolerance)
         for tolerance in (1e-8, 1e-4, 1e-6)
@@ -142,7 +140,7 @@ def test_the_estimated_error_bounds_the_true_one() -> None:
         assert 0.05 * motion.frames[-1].error < true < 2.0 * motion.frames[-1].error
 
 
-def test_the_long_time_limit_is_the_static_state() -> None:
+def test_the_long_time_limit_is_the_static_state():
     heavy = replace(HELIX, load=WEIGHT)
     rest, start = (solve_contact(problem, elements=40) for problem in (heavy, HELIX))
     motion = solve_motion(
@@ -152,8 +150,8 @@ def test_the_long_time_limit_is_the_static_state() -> None:
     assert np.abs(motion.positions[-1] - rest.positions).max() < 1e-6 * LENGTH
 
 
-def test_the_base_takes_the_change_of_momentum() -> None:
-    def lifted(time: float) -> RodProblem:
+def test_the_base_takes_the_change_of_momentum():
+    def lifted(time):
         return replace(STRAIGHT, load=WEIGHT, base=Clamped((0.0, 0.0, 0.5 * time**3)))
 
     times = np.linspace(0.0, 0.6, 601)
@@ -168,13 +166,13 @@ def test_the_base_takes_the_change_of_momentum() -> None:
     np.testing.assert_allclose(impulse[50:], momentum[51:] - momentum[0], atol=0.02 * scale)
 
 
-def test_a_rod_may_change_and_a_motion_that_cannot_go_on_says_so() -> None:
-    def changes(time: float) -> RodProblem:
+def test_a_rod_may_change_and_a_motion_that_cannot_go_on_says_so():
+    def changes(time):
         return HELIX if time else STRAIGHT
 
     assert solve_motion(changes, TUBE, (0.0, 0.01), elements=12).status is MotionStatus.COMPLETED
 
-    def jumps(time: float) -> RodProblem:
+    def jumps(time):
         return replace(STRAIGHT, base=Clamped((0.0, 0.0, 1.0 if time > 0.05 else 0.0)))
 
     motion = solve_motion(jumps, TUBE, (0.0, 0.04, 0.1), elements=8)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +26,7 @@ from spiral_core import (
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion import solve
 from spiral_core.rod.motion.inertia import UNDAMPED
-from spiral_core.rod.motion.motion import EventKind, Motion, MotionStatus
+from spiral_core.rod.motion.motion import EventKind, MotionStatus
 
 pytestmark = pytest.mark.long
 
@@ -38,16 +37,16 @@ ROD = Rod(LENGTH, Section((1.8e-4, 2.7e-4, 2.7e-4)), RADIUS)
 LINE = np.linspace((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), 13)
 
 
-def over_floor(depth: float = RADIUS, along: float = 0.0) -> RodProblem:
+def over_floor(depth=RADIUS, along=0.0):
     """Return a clamped rod that may fall on a rough floor."""
     floor = Obstacle(Plane(), (along, 0.0, -depth), friction=FRICTION)
     return RodProblem(ROD, WEIGHT, obstacles=(floor,))
 
 
-def from_lying(problem: Callable[[float], RodProblem], times: np.ndarray) -> Motion:
+def from_lying(problem, times):
     """Return the motion of a rod that nothing holds, from rest on its floor; it cannot roll."""
 
-    def free(time: float) -> RodProblem:
+    def free(time):
         return replace(problem(time), rod=replace(ROD, friction_radius=0.0), base=Free())
 
     lying = solve_contact(free(0.0), start=LINE, elements=12)
@@ -55,7 +54,7 @@ def from_lying(problem: Callable[[float], RodProblem], times: np.ndarray) -> Mot
 
 
 @pytest.mark.parametrize(("ratio", "expected"), [(0.5, 0.5), (2.0, 1.0)])
-def test_a_rod_on_a_plane_that_accelerates_sticks_or_slides(ratio: float, expected: float) -> None:
+def test_a_rod_on_a_plane_that_accelerates_sticks_or_slides(ratio, expected):
     limit = FRICTION * GRAVITY
     motion = from_lying(
         lambda time: over_floor(along=0.5 * ratio * limit * time**2), np.linspace(0.0, 0.2, 21)
@@ -66,7 +65,7 @@ def test_a_rod_on_a_plane_that_accelerates_sticks_or_slides(ratio: float, expect
     assert (EventKind.SLIP in [event.kind for event in motion.events]) == (ratio > 1.0)
 
 
-def test_a_floor_that_falls_away_is_lost_at_once() -> None:
+def test_a_floor_that_falls_away_is_lost_at_once():
     starts = 0.0503
     motion = from_lying(
         lambda time: over_floor(RADIUS + 2.5 * GRAVITY * max(0.0, time - starts) ** 2),
@@ -82,12 +81,12 @@ def test_a_floor_that_falls_away_is_lost_at_once() -> None:
     np.testing.assert_allclose(speeds, -GRAVITY * (0.15 - starts), rtol=2e-2)
 
 
-def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity() -> None:
+def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity():
     push = np.array((1.0, 0.0, 0.0))
     times = np.linspace(0.0, 0.5, 6)
 
-    def coiled(load: RodLoad, way: np.ndarray) -> Motion:
-        def coiling(time: float) -> RodProblem:
+    def coiled(load, way):
+        def coiling(time):
             rod = replace(ROD, rest_strain=(8.0 + 4.0 * time, 0.0, 40.0 + 20.0 * time))
             place = 0.5 * time**2 * way
             beside = np.add(place, (0.0, 0.019, 0.0))
@@ -106,7 +105,7 @@ def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity() -> Non
     assert moved.events[-1].time == pytest.approx(stood.events[-1].time, abs=0.002)
 
 
-def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> None:
+def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says():
     """Let go beside the floor, as it lies in a centerline."""
     heavy = over_floor(0.1)
     heavy = replace(heavy, obstacles=(replace(heavy.obstacles[0], friction=0.0),))
@@ -114,9 +113,6 @@ def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> No
     line = np.linspace((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), 31)
     motion = solve_motion(lambda _: heavy, TUBE, times, start=line, damping=Damping(0.05, 0.0, 2.0))
     assert motion.status is MotionStatus.COMPLETED
-    start = motion.frames[0].state
-    np.testing.assert_allclose(start.gaps[0], 0.095)
-    assert not start.contact_forces.any()
     first = motion.events[0]
     assert first.kind is EventKind.TOUCH
     assert first.within < 1e-3
@@ -125,22 +121,3 @@ def test_a_falling_rod_touches_when_it_must_and_rests_where_statics_says() -> No
     rest = solve_contact(heavy, elements=30)
     assert np.abs(motion.positions[-1] - rest.positions).max() < 1e-4 * LENGTH
     assert min(frame.state.gaps.min() for frame in motion.frames) > -1e-6
-
-
-def test_steps_of_the_least_length_are_taken_whatever_their_error(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    start = solve_contact(over_floor(), start=LINE[::3], elements=4)
-    tried, advanced = [], solve.advanced
-
-    def rough(*given):
-        tried.append(given[2])
-        assert len(tried) < 1000
-        return advanced(*given)[0], 1.0
-
-    monkeypatch.setattr(solve, "advanced", rough)
-    # Steps grow to half of the longest; then the last two are longer by rounding alone.
-    times = (0.0, 0.05, 0.05 + 0.01 + 2.5e-12)
-    motion = solve_motion(lambda _: over_floor(), TUBE, times, start=start)
-    assert motion.status is MotionStatus.COMPLETED
-    assert 1.0 < max(tried) / (0.5 * solve.DEFAULT_LONGEST_STEP) < 1.0 + 1e-6

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from core.contact_cases import gripper
+from numpy.testing import assert_allclose
 
 from spiral_core import (
     Damping,
     PressureCourse,
-    RodProblem,
     close_on,
     inertia_of,
     lay_into_coil,
@@ -23,7 +23,6 @@ from spiral_core import (
     vibration_modes,
     vibrations,
 )
-from spiral_core.grip.closing import slow_closing
 from spiral_core.grip.setup import free_problem
 from spiral_core.rod.contact.solve import solve_contact
 from spiral_core.rod.motion.inertia import UNDAMPED
@@ -35,12 +34,9 @@ HANGING = free_problem(gripper(), 0.0)
 INERTIA = inertia_of(gripper())
 
 
-@pytest.mark.parametrize(
-    ("damping", "force"), [(Damping(0.004, 1.0), 2e-2), (Damping(0.01, 1.3, 0.1), 1e-2)]
-)
-def test_a_hanging_tube_decays_as_its_slowest_vibration(damping: Damping, force: float) -> None:
+def test_a_hanging_tube_decays_as_its_slowest_vibration():
     """Amplitudes and their rates of decay, from the time stepper."""
-    load = replace(HANGING.load, tip_force=(0.0, force, 0.0))
+    damping, load = Damping(0.01, 1.3, 0.1), replace(HANGING.load, tip_force=(0.0, 1e-2, 0.0))
     bent = solve_contact(replace(HANGING, load=load), elements=30)
     times = np.linspace(0.0, 8.0, 801)
     motion = solve_motion(lambda _: HANGING, INERTIA, times, start=bent, damping=damping)
@@ -53,11 +49,11 @@ def test_a_hanging_tube_decays_as_its_slowest_vibration(damping: Damping, force:
     swing = vibrations(gripper(), 0.0, 1).swings[0]
     expected = swing.decay_rate(np.sqrt(peaks[1:] * peaks[:-1]), damping)
     # the amplitude's own effect on the shape, what is left of faster vibrations, peaks by parabola
-    np.testing.assert_allclose(np.mean(rates), np.mean(expected), rtol=0.02)
-    np.testing.assert_allclose(rates, expected, rtol=0.12)
+    assert_allclose(np.mean(rates), np.mean(expected), rtol=0.02)
+    assert_allclose(rates, expected, rtol=0.12)
 
 
-def test_weight_stiffens_a_hanging_tube_and_does_not_damp_it() -> None:
+def test_weight_stiffens_a_hanging_tube_and_does_not_damp_it():
     hanging = vibrations(gripper(), 0.0, 1).swings[0]
     weightless = vibrations(replace(gripper(), gravity=(0.0, 0.0, 0.0)), 0.0, 1).swings[0]
     omega = math.tau * weightless.frequency
@@ -86,26 +82,24 @@ SWING = Swing(frequency=1.0, material=40.0, air_creeping=0.0, air_inertial=2.0)
         (SWING, Damping(2.0, 0.0), math.log(10.0) / (40.0 - math.sqrt(40.0**2 - math.tau**2))),
     ],
 )
-def test_a_decay_is_integrated_as_closed_forms_have_it(
-    swing: Swing, damping: Damping, expected: float
-) -> None:
+def test_a_decay_is_integrated_as_closed_forms_have_it(swing, damping, expected):
     assert swing.settling_time(damping, 0.1, 0.01) == pytest.approx(expected)
     assert swing.settling_time(damping, 0.01, 0.1) == 0.0
 
 
-def test_few_and_many_modes_are_the_same_ones() -> None:
+def test_few_and_many_modes_are_the_same_ones():
     state = solve_contact(free_problem(gripper(), 3e4), elements=30)
     few, many = (vibration_modes(state, INERTIA, count) for count in (3, 40))
-    np.testing.assert_allclose(few.frequencies, many.frequencies[:3], rtol=1e-6)
+    assert_allclose(few.frequencies, many.frequencies[:3], rtol=1e-6)
     damped = [[swing.material for swing in modes.swings[:3]] for modes in (few, many)]
-    np.testing.assert_allclose(*damped, rtol=1e-5)
+    assert_allclose(*damped, rtol=1e-5)
 
 
 @pytest.mark.parametrize(
     ("rate", "low", "high"),
     [(3e4, 0.0, 0.1), pytest.param(6e4, 1.0, 2.8, marks=pytest.mark.slow)],
 )
-def test_settling_after_a_ramp_is_that_of_the_closing(rate: float, low: float, high: float) -> None:
+def test_settling_after_a_ramp_is_that_of_the_closing(rate, low, high):
     """At 60 kPa/s the coil closes beside the object, and turns stick by chance.
 
     It settles within 1.07 to 2.47 s, with other elements, lengths of steps and last barriers; what
@@ -121,22 +115,19 @@ def test_settling_after_a_ramp_is_that_of_the_closing(rate: float, low: float, h
     assert settling_after_ramp(gripper(), pressure, rate) > measured
 
 
-def test_settling_grows_with_the_speed_and_is_none_below_what_counts_as_rest() -> None:
+def test_settling_grows_with_the_speed_and_is_none_below_what_counts_as_rest():
     times = [settling_after_move(gripper(), 0.0, speed) for speed in (0.0, 0.003, 0.1, 0.3)]
     assert times[0] == times[1] == 0.0
     assert 5.0 < times[2] < times[3]
     assert settling_after_move(gripper(), 0.0, 0.1, damping=UNDAMPED) == math.inf
     assert settling_after_ramp(gripper(), 3e4, 1e3) < settling_after_ramp(gripper(), 3e4, 1e5)
-    setup = lay_into_coil(gripper(), 0.02)
-    point = slow_closing(setup, 1.15 * setup.tip_pressure)
-    assert settling_after_ramp(gripper(), point.pressure, 1.5e4, grip=point) < 0.1
 
 
-def test_the_tube_rests_after_a_move_when_the_time_stepper_says_so() -> None:
+def test_the_tube_rests_after_a_move_when_the_time_stepper_says_so():
     """Seen from a base that starts at a speed, a tube at rest has that speed backwards."""
     speed, damping = 0.05, Damping(0.05, 0.0)
 
-    def carried(time: float) -> RodProblem:
+    def carried(time):
         return replace(HANGING, base=replace(HANGING.base, position=(0.0, speed * time, 0.0)))
 
     still = solve_contact(HANGING, elements=20)

@@ -72,11 +72,6 @@ def test_known_damping_is_recovered_within_the_interval():
         assert np.ptp(fit.interval("retardation_time")) < 0.5 * TRUE.retardation_time
         assert 0.8 < fit.error_scale < 1.2
         assert fit.frequency == pytest.approx(slowest().frequency, rel=5e-3)
-    held = fitted(TIMES, swung(), 1, air=TRUE.air)
-    assert held.names == ("retardation_time",)
-    assert held.damping.air == TRUE.air
-    widths = [np.ptp(fit.interval("retardation_time")) for fit in (held, fits[1])]
-    assert widths[0] < 0.3 * widths[1]
 
 
 def test_readings_without_noise_are_met_in_any_order():
@@ -84,12 +79,11 @@ def test_readings_without_noise_are_met_in_any_order():
     fit = fitted(times, exact(0.01, times), air=0.0)
     assert fit.values[0] == pytest.approx(0.01, rel=1e-3)  # 200 steps between readings
     assert fit.error_scale < 1e-2
-    low, high = fit.interval("retardation_time")
-    assert low < 0.01 < high
+    assert (fit.names, fit.damping.air) == (("retardation_time",), 0.0)
     assert fit.amplitude == pytest.approx(0.03, rel=0.01)
 
 
-@pytest.mark.parametrize("power", [4.0 / 3.0, 2.0], ids=["creeping", "inertial"])
+@pytest.mark.parametrize("power", [4.0 / 3.0, 2.0])
 def test_each_term_of_the_air_is_fitted(power):
     """With dA/dt = -c A^p, A^(1-p) grows evenly."""
     times, factor = np.arange(0.0, 20.0, 0.03), 1.2
@@ -119,16 +113,8 @@ def test_no_value_goes_below_zero():
         # A little of a swing, so that the frequency is found.
         (np.arange(0.0, 8.0, 0.02), 2e-4, "displacement", "swing of the tip"),
     ],
-    ids=["too short", "too sparse", "too few", "still"],
 )
 def test_readings_that_tell_nothing_are_refused(times, size, field, said):
     with refused(said) as caught:
         fitted(times, size * cosine(times), 0)
     assert caught.value.field == field
-
-
-def test_minutes_for_seconds_and_air_below_zero_are_refused():
-    times = np.arange(0.0, 8.0, 0.02)
-    for given, held, said in ((times / 60.0, {}, "unit of time"), (times, {"air": -1.0}, "air")):
-        with refused(said):
-            fitted(given, exact(0.02, times), **held)
