@@ -20,10 +20,10 @@ DESIGNS = {"P1": (50.0, 0.5), "P2": (60.0, 0.5), "70 degrees": (70.0, 0.361)}
 
 
 def paper_gripper(
-    name: str,
-    gravity: tuple[float, float, float] = (9.80665, 0.0, 0.0),
-    object_axis: tuple[float, float, float] | None = None,
-) -> Gripper:
+    name,
+    gravity=(9.80665, 0.0, 0.0),
+    object_axis=None,
+):
     """Return one of the paper's grippers in some mount."""
     beta, length = DESIGNS[name]
     return gripper_from_actuator(
@@ -42,23 +42,23 @@ class LinearActuation:
     pressure_limit = 1.0e5
     limit = ActuationLimit.DATA_END
 
-    def __init__(self, curvature: float, torsion: float, length: float) -> None:
+    def __init__(self, curvature, torsion, length):
         """Take the values at the limit."""
         self.curvature, self.torsion, self.length = curvature, torsion, length
 
-    def unloaded_shape(self, pressure: float) -> UnloadedShape:
+    def unloaded_shape(self, pressure):
         """Return the shape at a pressure."""
         x = pressure / self.pressure_limit
         return UnloadedShape(self.curvature * x, self.torsion * x, self.length)
 
 
 def linear_gripper(
-    curvature: float = 50.0,
-    torsion: float = -20.0,
-    length: float = 0.5,
-    weight: float = 0.0,
-    **options: object,
-) -> Gripper:
+    curvature=50.0,
+    torsion=-20.0,
+    length=0.5,
+    weight=0.0,
+    **options,
+):
     """Return a gripper whose helix is known in closed form."""
     return Gripper(
         name="linear",

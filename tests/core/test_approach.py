@@ -10,7 +10,7 @@ import pytest
 from core.gripper_cases import paper_gripper
 from scipy.spatial.transform import Rotation
 
-from spiral_core import ApproachTask, Pull, find_approaches, holding_force
+from spiral_core import ApproachTask, find_approaches
 from spiral_core.grip import approach
 from spiral_core.grip.approach import (
     BasePose,
@@ -20,9 +20,7 @@ from spiral_core.grip.approach import (
     base_rotation,
     candidate_poses,
     distinct,
-    gripped,
     judge,
-    screen,
 )
 from spiral_core.grip.capture import CaptureOutcome
 from spiral_core.grip.setup import hanging_tube
@@ -63,7 +61,7 @@ def point(monkeypatch):
     return point
 
 
-@pytest.mark.parametrize("task", [UPRIGHT, LEVEL, LEANING])
+@pytest.mark.parametrize("task", [UPRIGHT, LEVEL, replace(LEANING, gravity=(1.0, -2.0, 9.0))])
 def test_a_pose_shows_the_base_the_world_s_gravity_and_object(task):
     for pose in candidate_poses(task, 5):
         rotation = base_rotation(task, pose)
@@ -94,22 +92,6 @@ def test_orientations_that_the_object_s_symmetry_makes_alike_do_not_differ(task,
     assert angle_between(task, pose, other) == pytest.approx(0.0 if alike else turn, abs=1e-7)
 
 
-def test_a_turned_world_turns_the_base_with_it():
-    turn = Rotation.from_rotvec((0.4, -1.0, 0.7))
-    gravity, axis = (tuple(turn.apply(each)) for each in (LEANING.gravity, LEANING.object_axis))
-    there = replace(LEANING, gravity=gravity, object_axis=axis)
-    pose = candidate_poses(LEANING, 2)[0]
-    expected = turn * base_rotation(LEANING, pose)
-    assert base_rotation(there, pose).as_matrix() == pytest.approx(expected.as_matrix(), abs=1e-9)
-
-
-def test_a_screened_pose_grips_with_the_pressure_and_force_of_many_elements():
-    found, point = screen(UPRIGHT, HANGING), gripped(UPRIGHT, HANGING)
-    assert found.refusal == ""
-    assert found.pressure == pytest.approx(point.pressure, rel=0.02)  # 45 elements for 90
-    assert found.force == pytest.approx(holding_force(point, Pull.DOWN).force, rel=0.1)
-
-
 def test_a_pose_is_judged_by_the_first_error_that_is_not_held(point, monkeypatch):
     tried = []
 
@@ -124,12 +106,6 @@ def test_a_pose_is_judged_by_the_first_error_that_is_not_held(point, monkeypatch
     assert judge(UPRIGHT, HANGING) == Trial("", 0.0, 70e3, 0.0, 4e-3)
     assert tried[:2] == [[2.0, 0.0, 0.0, 0.0, 0.0], [0.0, 2.0, 0.0, 0.0, 0.0]]
     assert tried[-1] == [0.0, 0.0, 6.0, 0.0, 0.0]
-
-
-def test_a_payload_that_no_pressure_carries_is_a_reason():
-    found = judge(replace(UPRIGHT, payload=1.0), HANGING)
-    assert "no pressure holds" in found.refusal
-    assert found.missing == 0.0
 
 
 def test_the_larger_region_is_better_then_the_larger_force():
@@ -156,20 +132,10 @@ def test_a_coarse_search_finds_poses_and_goes_on_from_what_is_known(monkeypatch)
     assert np.array(best.position) + middle == pytest.approx(np.zeros(3))
     assert Rotation.from_quat(best.orientation).apply((1, 0, 0))[2] < -math.cos(task.tilt_max)
     assert steps[-1][0] == steps[-1][1]
+    assert answer.gripping + sum(answer.reasons.values()) == len(answer.tried) > 1
     monkeypatch.setattr(approach, "mapping", lambda _: lambda _, poses: iter(poses))
     again = find_approaches(task, coarse=True, known=kept)
     assert [each.pose for each in again.approaches] == [each.pose for each in answer.approaches]
-
-
-@pytest.mark.usefixtures("few")
-def test_where_nothing_grips_the_reasons_and_the_nearest_pose_are_known():
-    answer = find_approaches(replace(LEVEL, tilt_max=0.2), coarse=True)
-    assert answer.approaches == ()
-    assert answer.gripping == 0
-    assert sum(answer.reasons.values()) == len(answer.tried) > 1
-    nearest = answer.tried[answer.nearest]
-    assert nearest.missing == min(each.missing for each in answer.tried.values())
-    assert 0.0 < nearest.missing < math.inf
 
 
 @pytest.mark.usefixtures("few", "point")

@@ -24,7 +24,6 @@ from spiral_core import (
     gripper_from_actuator,
 )
 from spiral_core.design import relaxations, rod_correction
-from spiral_core.design.margin import Margin, tightest
 from spiral_core.design.report import Relaxation
 
 pytestmark = pytest.mark.long
@@ -33,6 +32,7 @@ pytestmark = pytest.mark.long
 FREE = replace(
     PAPER_EXAMPLE, object_length=None, pressure_max=1.0e6, strain_max=None, length_max=None
 )
+TWO = replace(FREE, fiber_angles_beta=angles(70.0, 80.0))
 # What is wanted, what binds, what eases it, and whether the relaxation is the least that does.
 INFEASIBLE = [
     ({"radius_min": 2.0e-3, "strain_max": 0.2}, Constraint.STRAIN, "strain_max", True),
@@ -43,7 +43,12 @@ INFEASIBLE = [
         "radius_min",
         False,
     ),
-    ({"radius_max": 0.12}, Constraint.LARGEST_RADIUS, "radius_max", False),
+    (
+        {"radius_max": 0.12, "fiber_angles_beta": angles(80.0)},
+        Constraint.LARGEST_RADIUS,
+        "radius_max",
+        False,
+    ),
     ({"length_max": 0.3}, Constraint.LENGTH, "length_max", True),
     ({"object_length": 0.06}, Constraint.OBJECT_LENGTH, "object_length", True),
     ({"pressure_max": 50.0e3}, Constraint.PRESSURE, "pressure_max", True),
@@ -52,7 +57,7 @@ INFEASIBLE = [
 
 @pytest.mark.parametrize(("wanted", "constraint", "field", "least"), INFEASIBLE)
 def test_the_right_constraint_binds_and_every_relaxation_suffices(wanted, constraint, field, least):
-    requirement = replace(FREE, **wanted)
+    requirement = replace(TWO, **wanted)
     report = answered(requirement)
     assert not report.feasible
     assert report.binding.constraint is constraint
@@ -77,17 +82,12 @@ def test_what_comes_nearest_is_shown_and_relaxed_whatever_fails(monkeypatch):
         raise SolverError(RodStatus.UNSTABLE, 1.0, 1)
 
     monkeypatch.setattr(relaxations, "solve_candidate", fails)
-    report = answered(replace(FREE, pressure_max=50.0e3))
+    report = answered(replace(TWO, pressure_max=50.0e3))
     assert {change.field for change in report.relaxations} == {"pressure_max"}
     assert report.design.smallest.pressure > 50.0e3
     assert report.design.gripper.pressure_max == 50.0e3
     # At the limit it grips down to another radius.
     assert PAPER_EXAMPLE.radius_min < report.design.radius_min < PAPER_EXAMPLE.radius_max
-
-
-def test_two_wishes_at_odds_name_one_and_offer_both():
-    report = answered(replace(PAPER_EXAMPLE, radius_min=3.0e-3))
-    assert {change.field for change in report.relaxations} >= {"object_length", "radius_min"}
 
 
 def test_rubber_that_ends_first_names_the_actuator():
@@ -98,16 +98,6 @@ def test_rubber_that_ends_first_names_the_actuator():
     assert not report.feasible
     assert report.binding.constraint is Constraint.SMALLEST_RADIUS
     assert report.design.smallest.radius == pytest.approx(report.binding.value)
-
-
-def test_margins_know_both_directions():
-    upper = Margin(Constraint.PRESSURE, 120.0, 100.0)
-    lower = Margin(Constraint.TURN_CLEARANCE, 120.0, 100.0)
-    just_so = Margin(Constraint.TURNS, 120.0, 120.0)
-    assert (upper.is_met, lower.is_met, lower.room) == (False, True, 20.0)
-    assert tightest((upper, lower, just_so)) is upper
-    assert tightest((just_so, lower)) is lower
-    assert tightest((just_so,)) is just_so
 
 
 @pytest.mark.slow
@@ -137,12 +127,11 @@ MOON = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "radius_ma
     [
         {"radius_min": 11.0e3, "radius_max": 30.0e3},
         {"radius_min": 11.0e-9, "radius_max": 30.0e-9},
-        {"turns_required": 1.0e6, "pressure_max": None, "fiber_angles_beta": angles(50.0)},
         pytest.param(MOON, marks=pytest.mark.slow),
     ],
 )
 def test_absurd_wishes_are_answered_too(wanted):
-    report = answered(replace(FREE, **wanted))
+    report = answered(replace(TWO, **wanted))
     assert not report.feasible
     assert report.binding.room < 0.0
     assert [step.number for step in report.steps] == [1, 2, 3, 4, 5, 6, 7]
