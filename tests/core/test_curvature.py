@@ -9,11 +9,10 @@ from core.actuator_cases import PAPER_TUBE, actuator, extending_pairs, repeatabl
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from spiral_core import ActuationLimitError, CurvatureForm
+from spiral_core import CurvatureForm
 from spiral_core.actuator.actuator import windings_of
 from spiral_core.actuator.curvature import unloaded_shape_from_stretch
 from spiral_core.actuator.fibers import fiber_state, locking_stretch
-from spiral_core.errors import ActuationLimit
 from spiral_core.wrap.helix import Helix
 
 
@@ -57,16 +56,6 @@ def test_forms_coil_left_handed_and_differ_at_working_stretch_as_documented():
     assert round(100.0 * (exact.curvature / first.curvature - 1.0)) == -7
     assert round(100.0 * (exact_coil.radius / coil.radius - 1.0)) == 9
     assert round(1000.0 * (turns[1] / turns[0] - 1.0)) == 15
-
-
-def test_twist_can_use_up_the_straight_fiber():
-    case = actuator(90.0, 70.0, curvature_form=CurvatureForm.EXACT)
-    locking = math.sqrt(2.0 * math.tan(math.radians(70.0)))  # where |omega| = 1
-    assert unloaded_shape_from_stretch(case, locking - 1e-9).curvature > 0.0
-    with pytest.raises(ActuationLimitError, match="straight fiber is too short") as caught:
-        unloaded_shape_from_stretch(case, locking + 1e-9)
-    assert caught.value.limit is ActuationLimit.STRAIGHT_FIBER_LOCKING
-    assert (caught.value.quantity, caught.value.bound) == ("twist", 1.0)
 
 
 @pytest.mark.parametrize("beta", [-70.0, 10.0, 89.0])

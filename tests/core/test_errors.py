@@ -8,7 +8,6 @@ from enum import Enum
 
 import pytest
 
-from spiral_core import errors
 from spiral_core.errors import (
     ActuationLimit,
     ActuationLimitError,
@@ -16,7 +15,6 @@ from spiral_core.errors import (
     NoCoilError,
     NotGrippableError,
     SolverError,
-    SpiralError,
 )
 from spiral_core.message import Message, Quantity
 from spiral_core.validation import require_in_range
@@ -42,12 +40,8 @@ EXAMPLES = [
     ),
     (InvalidInputError("positions", "a\n" * 500, "3 finite numbers"), r"^.{,180}\.\.\.$"),
     (InvalidInputError("pressure", 200000, "less", "Pa"), "got 200000 Pa$"),
-    (InvalidInputError("pressures", [1.0, 2], "less", "Pa"), "got 1 Pa, 2 Pa$"),
     (refused("pressure", 55000.0001, 0.0, 55e3, "Pa"), "55000 Pa, got 55000.1 Pa"),
     (refused("alpha", 1.5707964, -HALF, HALF, "rad"), "90 deg, got 90.0001 deg"),
-    (refused("alpha", -1.5707964, -HALF, HALF, "rad"), "got -90.0001 deg"),
-    (refused("elements", 1, 2, 100), "from 2 to 100, got 1$"),
-    (refused("time", math.inf, 0.0, math.inf, "s"), "got inf"),
     (ActuationLimitError(END, "pressure", 150000.04, 150000.01), "150001 Pa .* 150000 Pa"),
     (
         ActuationLimitError(ActuationLimit.FIBER_LOCKING, "stretch", 2.1, 2.0),
@@ -67,13 +61,6 @@ EXAMPLES = [
     (NotGrippableError(0.005, "no", -1.0, 0.01234565), "nearest grippable radius is 0.0123457 m"),
     (NotGrippableError(0.005, "short", -1.0, None), "^the object cannot be gripped: short$"),
 ]
-
-
-def test_every_error_of_the_tree_has_an_example():
-    defined = {kind for kind in vars(errors).values() if isinstance(kind, type)}
-    kinds = {type(error) for error, _ in EXAMPLES}
-    assert {kind for kind in defined if issubclass(kind, SpiralError)} == {*kinds, SpiralError}
-    assert issubclass(InvalidInputError, ValueError)
 
 
 @pytest.mark.parametrize(("error", "shown"), EXAMPLES)

@@ -6,7 +6,6 @@ import math
 
 import pytest
 from core.actuator_cases import (
-    actuator,
     degrees,
     extending_pairs,
     fiber_pairs,
@@ -27,7 +26,7 @@ from spiral_core.actuator.fibers import (
     require_extending,
     volume_slope,
 )
-from spiral_core.actuator.uniform_law import invariants_from_derivatives, pressure_from_stretch
+from spiral_core.actuator.uniform_law import invariants_from_derivatives
 from spiral_core.errors import ActuationLimit
 
 MAGIC_ANGLE = math.atan(math.sqrt(2.0))
@@ -88,15 +87,6 @@ def test_volume_grows_at_rest_by_the_cotangents_or_the_pair_is_refused(fibers):
     assert slope == pytest.approx(exact, rel=1e-10, abs=rounding)
     with contextlib.nullcontext() if slope > 0.0 else pytest.raises(InvalidInputError):
         require_extending(fibers)
-
-
-def test_a_refusal_says_which_pair_and_what_would_extend():
-    with pytest.raises(InvalidInputError) as caught:
-        pressure_from_stretch(actuator(60.0, -30.0), 1.01)
-    message = str(caught.value)
-    assert "60 and -30 degrees" in message
-    assert "two angles of the same handedness" in message
-    assert "|tan(alpha) tan(beta)| > 2 (here 1," in message
 
 
 @pytest.mark.parametrize("angle", [55.0, 75.0, 89.0])

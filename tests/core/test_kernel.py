@@ -43,7 +43,7 @@ print(outer(3.0))
 """
 
 
-def test_a_changed_kernel_recompiles_the_kernels_that_call_it(tmp_path: Path) -> None:
+def test_a_changed_kernel_recompiles_the_kernels_that_call_it(tmp_path):
     """Otherwise an update of one file would leave the old physics in the others, silently."""
     rod = tmp_path / "spiral_core" / "rod"
     shutil.copytree(SOURCE, rod.parent, ignore=shutil.ignore_patterns("__pycache__"))
@@ -58,7 +58,7 @@ def test_a_changed_kernel_recompiles_the_kernels_that_call_it(tmp_path: Path) ->
         assert list(rod.glob("__pycache__/_outer*.nbi"))
 
 
-def test_kernels_read_only_files_that_the_digest_covers() -> None:
+def test_kernels_read_only_files_that_the_digest_covers():
     """A kernel that read a constant or called a kernel of another file could be stale."""
     checked = set()
     for path in SOURCE.rglob("*.py"):

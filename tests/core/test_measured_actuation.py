@@ -73,7 +73,6 @@ SYMMETRIC = FiberAngles(alpha=1.1, beta=-1.1)
     [
         ([*BENDS, TwistReading(1.0e4, 0.1, 0.2, 0.01)], SYMMETRIC, "pressures of the bend angles"),
         ([ExtensionReading(1.0e4, 0.01, 0.1, 1e-4)], SYMMETRIC, "bend angles and twists only"),
-        ([*BENDS, BendReading(4.0e4, 0.2, 0.2, 0.01)], SYMMETRIC, "curvatures"),
         # A spiral twists: bend angles alone would make a plane coil of it.
         (BENDS, LAWFUL.actuator.fibers, "bend angles and twists: fibers at alpha and beta"),
     ],

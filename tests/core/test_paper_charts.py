@@ -77,14 +77,3 @@ def test_88_degrees_moves_object_length_but_not_radius_by_less_than_one_percent(
     assert np.abs(covered).max() < 0.01
     assert -0.0174 < length.min() < length.max() < -0.0169
     assert -0.089 < radius.min() < radius.max() < -0.034
-
-
-@pytest.mark.parametrize("beta", [50.0, 60.0])
-def test_smaller_and_shorter_objects_need_more_pressure(beta):
-    actuation = FreeActuation(actuator(88.0, beta))
-    stretches = np.linspace(1.02, 1.3, 30)
-    pressures = [actuation.pressure_from_stretch(stretch) for stretch in stretches]
-    radii = [object_radius(88.0, beta, stretch) for stretch in stretches]
-    lengths = [helix(88.0, beta, stretch).object_length(1.0) for stretch in stretches]
-    assert np.all(np.diff(pressures) > 0.0)
-    assert np.all(np.diff([radii, lengths]) < 0.0)

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import pickle
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -25,10 +24,8 @@ from spiral_core import (
     ActuationLimitError,
     Actuator,
     CurvatureForm,
-    FiberAngles,
     FreeActuation,
     Gent,
-    HyperelasticLaw,
     InvalidInputError,
     InvariantDerivatives,
     MooneyRivlin,
@@ -77,7 +74,6 @@ HARD = {
     "straight fiber far out": actuator(straight_fiber_radius=9.0e-3, curvature_form=EXACT),
 }
 OPPOSITE, BRITTLE = HARD["volume maximum"], HARD["elastomer's limit"]
-MILD = actuator(88.0, 70.0, Yeoh(c1=145.0e3, c2=-1.0e3, c3=3.0e3))
 STRAIGHT = HARD["straight fiber locks"]
 FIRST_ORDER = replace(STRAIGHT, curvature_form=CurvatureForm.FIRST_ORDER)
 
@@ -90,7 +86,6 @@ def first_invariant(stretch):
 # The case, and the stretch that its limit keeps a margin from.
 LIMITS = [
     (ActuationLimit.FIBER_LOCKING, HARD["fiber locking"], 2.0),
-    (ActuationLimit.FIBER_LOCKING, MILD, locking_stretch(MILD.fibers)),
     (ActuationLimit.FIBER_LOCKING, FIRST_ORDER, locking_stretch(FIRST_ORDER.fibers)),
     # |omega| = 1 with r_f = r: sec^2 - lambda^2 = (tan - 1)^2, hence lambda^2 = 2 tan
     (ActuationLimit.STRAIGHT_FIBER_LOCKING, STRAIGHT, math.sqrt(2 * math.tan(math.radians(70.0)))),
@@ -154,7 +149,7 @@ def test_random_curves_are_the_law(fibers, law, fraction, form):
     check(replace(case, fibers=fibers), fraction)
 
 
-@pytest.mark.parametrize("name", ["fiber locking", "exact form", "locks far out"])
+@pytest.mark.parametrize("name", ["exact form", "locks far out"])
 def test_near_rest_the_shape_is_right_to_its_own_rounding(name):
     actuation = FreeActuation(HARD[name])
     pressures = actuation.pressure_limit * np.logspace(-9, -15, 7)
@@ -187,20 +182,6 @@ def test_limit_is_reached_to_its_margin_and_not_passed(limit, case, stretch):
         assert (error.limit, error.quantity) == (limit, quantity)
         assert (error.value, error.bound) == (past, bound)
     assert actuation.unloaded_shape(0.0) == UnloadedShape(0.0, 0.0, PAPER_TUBE.length, 1.0)
-    # Below it the stretch rises with pressure.
-    pressures = top * np.array([0.0, 0.5, 0.999, *(1.0 - np.logspace(-4, -9))])
-    stretches = [actuation.stretch_from_pressure(pressure) for pressure in pressures.tolist()]
-    assert np.all(np.diff(stretches) > 0.0)
-
-
-def test_values_compare_and_pickle_and_are_made_of_actuators():
-    actuation = FreeActuation(actuator())
-    copy = pickle.loads(pickle.dumps(actuation))
-    assert copy == actuation != FreeActuation(actuator(beta=50.0))
-    assert hash(copy) == hash(actuation)
-    assert copy.unloaded_shape(55.0e3) == actuation.unloaded_shape(55.0e3)
-    with pytest.raises(InvalidInputError, match="an Actuator"):
-        FreeActuation(PAPER_TUBE)
 
 
 @pytest.mark.parametrize("stretch", [1.01, 1.3])
@@ -222,23 +203,7 @@ def test_twist_shear_stiffens_as_documented(beta, percent):
     assert round(100.0 * (with_shear / without - 1.0)) == percent
 
 
-def test_past_the_largest_volume_is_refused():
-    case = actuator(60.0, -60.0)
-    with pytest.raises(ActuationLimitError, match="volume") as caught:
-        pressure_from_stretch(case, 1.2)
-    assert caught.value.limit is ActuationLimit.VOLUME_MAXIMUM
-    assert caught.value.bound == largest_volume_stretch(case.fibers)
-
-
-def test_larger_fiber_radius_locks_sooner() -> None:
-    near, far = (
-        FreeActuation(replace(STRAIGHT, straight_fiber_radius=radius)).stretch_limit
-        for radius in (4.0e-3, 6.0e-3)
-    )
-    assert far < near
-
-
-def test_limit_point_before_the_elastomer_stiffens_again_is_found() -> None:
+def test_limit_point_before_the_elastomer_stiffens_again_is_found():
     case = actuator(88.0, 70.0, Yeoh(c1=145.0e3, c2=-400.0e3, c3=400.0e3))
     branch = FreeActuation(case)
     assert branch.limit is ActuationLimit.LIMIT_POINT
@@ -260,9 +225,7 @@ laws = st.one_of(
 
 @repeatable
 @given(fibers=extending_pairs, law=laws, shear=st.booleans())
-def test_pressure_rises_all_along_the_branch(
-    fibers: FiberAngles, law: HyperelasticLaw, shear: bool
-) -> None:
+def test_pressure_rises_all_along_the_branch(fibers, law, shear):
     case = Actuator(PAPER_TUBE, fibers, law, twist_shear=shear, pressure_law=PressureLaw.UNIFORM)
     branch = FreeActuation(case)
     assert 1.0 < branch.stretch_limit < locking_stretch(fibers)
@@ -280,22 +243,15 @@ class UnstableAtRest:
     small_strain_modulus = 0.0
     first_invariant_limit = math.inf
 
-    def energy_density(self, first_invariant: float, second_invariant: float) -> float:
-        return 0.0 * (first_invariant + second_invariant)
+    def energy_density(self, first, second):
+        return 0.0 * (first + second)
 
-    def invariant_derivatives(self, first: float, second: float) -> InvariantDerivatives:
+    def invariant_derivatives(self, first, second):
         return InvariantDerivatives(0.0 * first, 0.0 * second)
 
 
-def test_what_does_not_extend_or_has_no_stiffness_is_refused() -> None:
+def test_what_does_not_extend_or_has_no_stiffness_is_refused():
     with pytest.raises(InvalidInputError, match="extends under pressure"):
         FreeActuation(actuator(50.0, -50.0))
     with pytest.raises(InvalidInputError, match=r"material.*pressure rises"):
         FreeActuation(actuator(material=UnstableAtRest()))
-
-
-@pytest.mark.parametrize("count", [2, 3, 129])
-def test_nodes_begin_and_end_exactly_and_increase(count: int) -> None:
-    nodes = clustered_nodes(1.7, count)
-    assert (len(nodes), nodes[0], nodes[-1]) == (count, 1.0, 1.7)
-    assert np.all(np.diff(nodes) > 0.0)
