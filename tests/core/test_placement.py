@@ -88,6 +88,14 @@ def test_a_heavy_coil_has_the_axis_that_fits_best(gravity, fraction, tolerance):
     assert norm(shift) < 1e-6 * contact
 
 
+def test_an_axis_that_the_coil_does_not_take_leaves_a_gap():
+    fitted, along = (
+        place_object(paper_curve("70 degrees", axis=axis).wrap_for_radius(0.02)).largest_gap
+        for axis in (None, (1.0, 0.0, 0.0))
+    )
+    assert along > 2.0 * fitted
+
+
 def profile_wrap(positions, radii):
     """Return the paper's 70 degree design, hanging, about an object."""
     return wrap_for_profile(paper_curve("70 degrees"), ObjectProfile(positions, radii))
