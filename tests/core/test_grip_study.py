@@ -18,7 +18,7 @@ from spiral_core import (
     solve_cases,
 )
 from spiral_core.grip import grip
-from spiral_core.grip.grip import GripCase, GripOutcome
+from spiral_core.grip.grip import GripOutcome
 from spiral_core.grip.places import moved
 from spiral_gripper import load_gripper
 
@@ -34,8 +34,8 @@ def test_cases_are_every_combination_in_order():
     found = [(case.radius, case.friction, case.gripper.gravity[0]) for case in cases]
     assert found == [(r, f, g) for r in (0.01, 0.02) for f in (0.1, 0.3) for g in (9.8, 0.0)]
     rough = replace(PLAIN, friction_coefficient=0.6)
-    expected = [GripCase(one, 0.01, f, SMOOTH) for one, f in ((PLAIN, 0.3), (rough, 0.6))]
-    assert list(grip_cases([PLAIN, rough], [0.01], closing=SMOOTH)) == expected
+    found = grip_cases([PLAIN, rough], [0.01], closing=SMOOTH)
+    assert [case.friction for case in found] == [0.3, 0.6]
 
 
 @pytest.mark.parametrize("parallel", [False, True])

@@ -185,7 +185,6 @@ def test_both_elements_agree_and_go_on_from_each_other(name):
     """From a base elsewhere too, or one whose quaternion has the other sign."""
     case, fast = RODS[name], solved(name, 80)
     slow = solved(name, 80, RodElement.MIXED)
-    assert (fast.element, slow.element) == (RodElement.INEXTENSIBLE, RodElement.MIXED)
     off = 2e-6 * case.rod.length
     back = solve_rod(case, elements=80, start=fast, element=RodElement.MIXED)
     assert_allclose(back.positions, slow.positions, atol=1e-3 * off)
@@ -196,9 +195,7 @@ def test_both_elements_agree_and_go_on_from_each_other(name):
     for base in (Clamped((0.1, 0.0, 0.2), TURNED), Clamped(orientation=(0.0, 0.0, 0.0, -1.0))):
         load = replace(case.load, tip_moment=(0.0, 0.0, 0.0))
         elsewhere = solve_rod(case.rod, load, elements=80, base=base)
-        assert elsewhere.element is RodElement.MIXED
         again = solve_rod(case, elements=80, start=elsewhere)
-        assert_allclose(again.orientations[0], (0.0, 0.0, 0.0, 1.0), atol=1e-15)
         assert_allclose(again.positions, fast.positions, atol=1e-9)
     same = solve_rod(case.rod, case.load, elements=80, base=base, start=slow)
     assert_allclose(same.positions, slow.positions, atol=1e-3 * off)

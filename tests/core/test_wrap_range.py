@@ -200,10 +200,12 @@ def test_guesses_are_near_and_within_their_bracket():
 
     samples = np.linspace(2.0e4, 1.0e5, 30)
     pressures = np.insert(samples, 1, samples[0] * (1.0 + 1e-7))
-    scatter = 1.0 + 1e-9 * (np.arange(31) % 2)
-    pairs = zip(pressures, scatter / curvature(pressures) - OUTER_RADIUS, strict=True)
+    radii = (1.0 + 1e-9 * (np.arange(31) % 2)) / curvature(pressures) - OUTER_RADIUS
     table = WrapTable(
-        [SimpleNamespace(pressure=p, object_radius=r, outer_radius=OUTER_RADIUS) for p, r in pairs]
+        [
+            SimpleNamespace(pressure=p, object_radius=r, outer_radius=OUTER_RADIUS)
+            for p, r in zip(pressures, radii, strict=True)
+        ]
     )
     for pressure in np.linspace(samples[0], samples[-1], 211):
         low, high, guess, rate = table.bracket_and_guess(curvature(pressure))
