@@ -44,7 +44,7 @@ INFEASIBLE = [
         False,
     ),
     (
-        {"radius_max": 0.12, "fiber_angles_beta": angles(80.0)},
+        {"radius_max": 0.12, "fiber_angles_beta": angles(60.0)},
         Constraint.LARGEST_RADIUS,
         "radius_max",
         False,

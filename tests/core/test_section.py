@@ -187,7 +187,7 @@ def test_a_soft_law_balloons_and_a_short_one_runs_out():
     ("bent", "limit"),
     [
         (section(88.0, 60.0), ActuationLimit.VOLUME_MAXIMUM),
-        (section(30.0, 40.0), ActuationLimit.FIBER_LOCKING),
+        (section(30.0, 60.0), ActuationLimit.FIBER_LOCKING),
         (section(50.0, -40.0).without_single_fibers(), ActuationLimit.VOLUME_MAXIMUM),
     ],
 )
