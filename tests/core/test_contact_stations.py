@@ -8,10 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from core.test_contact_closed_forms import rope
 from scipy.spatial.transform import Rotation
 
 from spiral_core import (
     Clamped,
+    Cylinder,
     Free,
     Guided,
     InvalidInputError,
@@ -152,3 +154,21 @@ def test_rod_on_top_of_a_ball_falls_beside_it():
     assert state.stable
     assert not state.touching.any()
     assert state.tip_position[2] < -0.35
+
+
+@pytest.mark.parametrize(
+    ("bending", "status"), [(1e-6, RodStatus.CONVERGED), (1e-8, RodStatus.NOT_HELD)]
+)
+def test_rope_pulled_too_hard_for_its_elements_is_no_answer(bending, status):
+    """Pulled over a rough cylinder: its tension is six times its load, whose elements it bends."""
+    length = 0.4 - 1e-3
+    rod = Rod(length, Section((bending,) * 3, extension=20.0), 1e-4, friction_radius=0.0)
+    bar = Obstacle.along(Cylinder(0.05), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0.6)
+    start = rope(length, 0.05 + 1e-4, 0.12, 160)
+    load = RodLoad(tip_force=(0.0, 0.0, -0.1))
+    loose, *ways = (
+        RodProblem(rod, load, Pinned((*(start[0] - (0.0, 0.0, way)),)), obstacles=(bar,))
+        for way in (0.0, 1e-3, 2e-3, 3e-3, 4e-3)
+    )
+    states = follow_contact(ways, start=solve_contact(loose, start=start, elements=160)).states
+    assert states[-1].status is status

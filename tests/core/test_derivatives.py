@@ -25,6 +25,8 @@ from spiral_core import (
     Guided,
     Inertia,
     InvalidInputError,
+    Obstacle,
+    Plane,
     Rod,
     RodElement,
     RodLoad,

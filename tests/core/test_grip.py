@@ -48,13 +48,13 @@ def gripper(gravity=None):
     return plain if gravity is None else plain.with_mount(gravity, None)
 
 
-def thin():
-    """Return a shorter P2 on a thin object with much friction."""
-    described = load_description("prototype_p2")
-    tube = replace(described.actuator.tube, length=0.45286)
+def cut(name="prototype_p2", length=0.45286, radius=9.4135e-3, friction=0.62303):
+    """Return a shorter gripper on a thin object with much friction."""
+    described = load_description(name)
+    tube = replace(described.actuator.tube, length=length)
     actuator = replace(described.actuator, tube=tube)
     own = gripper_from_actuator("short", actuator, density=described.density)
-    return lay_into_coil(own, 9.4135e-3, friction=0.62303)
+    return lay_into_coil(own, radius, friction=friction)
 
 
 # Grips, and pressures as fractions of the tip criterion's.
@@ -63,7 +63,7 @@ GRIPS = {
         lambda: lay_into_coil(gripper(), 0.025, closing=SMOOTH),
         (0.5, 0.8, 0.9, 0.94, 0.98, 1.02, 1.06, 1.1, 1.14),
     ),
-    "thin, rough": (thin, (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)),
+    "thin, rough": (cut, (0.6, 0.9, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8)),
     # The tip of a thin object lifts off above the onset.
     "lifts off": (lambda: random_setup(8), np.arange(60.0, 88.0) / 91.258),
     # Wrap and curling begin together, and the loss far above.
@@ -336,3 +336,18 @@ def test_directions_are_square_where_the_objects_axis_meets_the_base(distance: f
     place = tuple((distance * setup.axis).tolist())
     frame = replace(setup, obstacle=replace(setup.obstacle, position=place)).frame
     np.testing.assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+
+
+def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped():
+    """The loss is the first event, also where it leaves the whole length in contact.
+
+    It is a snap of 3 mm, which larger steps of pressure may step over.
+    """
+    setup = cut("paper_design_70", 0.46329, 7.29616e-3, 0.75005)
+    found = grip_window(setup, [90e3, 120e3, *np.arange(150e3, 165e3, 500.0)])
+    fallen = follow_loss(found)
+    assert found.end is WindowEnd.LOST
+    assert fallen.is_wrapped
+    moved = np.linalg.norm(fallen.state.positions - found.points[-1].state.positions, axis=1)
+    assert 2e-3 < moved.max() < 10e-3
+    assert np.argmax(moved) < 0.2 * len(moved)

@@ -14,9 +14,14 @@ from numpy.linalg import norm
 from numpy.testing import assert_allclose
 
 from spiral_core import (
+    Actuator,
+    FiberAngles,
     InvalidInputError,
+    NeoHookean,
     Pull,
+    Tube,
     grip_window,
+    gripper_from_actuator,
     holding_force,
     lay_into_coil,
 )
@@ -147,3 +152,20 @@ def test_within_a_diameter_less_is_held_than_at_a_late_peak():
     for displacement in (math.nan, -0.1):
         with pytest.raises(InvalidInputError, match="displacement"):
             held.within(displacement)
+
+
+def test_a_window_has_no_false_zero():
+    """At 111.94 kPa nothing changes from the closed state, and Newton's method finds no end."""
+    tube = Tube(inner_radius=4.75e-3, wall_thickness=0.8e-3, length=0.4)
+    actuator = Actuator(tube, FiberAngles(np.radians(88.0), np.radians(60.0)), NeoHookean(190e3))
+    soft = gripper_from_actuator("silicone", actuator, density=1150.0, pressure_max=165.5e3)
+    window = grip_window(lay_into_coil(soft, 0.015, friction=0.5))
+    points = [window.at(pressure) for pressure in (105.25e3, 111.94e3, 118.63e3, 132e3)]
+    for pull, least in ((Pull.AWAY, 0.15), (Pull.TOWARDS, 0.025)):
+        held = [holding_force(point, pull) for point in points]
+        forces = [each.force for each in held]
+        assert all(len(each.forces) > 5 for each in held)
+        steps = [np.diff(each.displacements[:-1]) for each in held]
+        assert np.concatenate(steps) == pytest.approx(1.5e-3, rel=1e-9)  # a tenth of the radius
+        assert forces == sorted(forces)
+        assert forces[0] > least
