@@ -76,9 +76,8 @@ def _parameters(specs: Sequence[ParameterSpec]) -> str:
     """Return a table of parameters; those that cannot be set say so."""
     rows = []
     for spec in specs:
-        span = ", ".join(spec.choices) if spec.low is None else f"{spec.low:g} to {spec.high:g}"
         fixed = " Fixed at the start." if spec.read_only else ""
-        rows.append((f"`{spec.name}`", _default(spec), span, f"{spec.description}{fixed}"))
+        rows.append((f"`{spec.name}`", _default(spec), spec.span, f"{spec.description}{fixed}"))
     return _table(("name", "default", "range", "meaning"), rows)
 
 

@@ -48,6 +48,7 @@ class KnownGrips:
         # The wrap begins, curls and is lost at these multiples of the tip criterion's pressure.
         self.onset, self.curling, self.loss = 0.98, 1.05, 1.3
         self.never = None  # radius that contact never wraps
+        self.lost = ()  # radii of the table that are not held
         patch("spiral_gripper_ros.runtime.runtime.read_grips", self.table)
         self.node = GripperNode(namespace=namespace)
         self.runtime = self.node.runtime
@@ -59,8 +60,11 @@ class KnownGrips:
         assert self.node.start()
 
     def table(self, description):
-        radii, curve = (0.006, 0.018, 0.035), WrapCurve(description.gripper)
-        return table_of(radii, [self.figures(curve.pressure_from_radius(r)) for r in radii])
+        radii, curve = (0.006, *(self.lost or (0.018,)), 0.035), WrapCurve(description.gripper)
+        grips = [self.figures(curve.pressure_from_radius(radius)) for radius in radii]
+        return table_of(
+            radii, [None if r in self.lost else each for r, each in zip(radii, grips, strict=True)]
+        )
 
     def use(self, **multiples):
         """Load the gripper again, with a table of other windows."""
@@ -234,6 +238,22 @@ def test_a_radius_that_contact_never_wraps_is_refused_once_that_is_known(known):
     assert not answer.success
     assert "the tube passes by" in answer.message
     assert known.follow(0.0215, duration=0.1).state is State.TRACKING
+
+
+def test_a_radius_that_the_table_does_not_hold_is_refused_from_the_first_message_on(known):
+    known.lost = (0.018, 0.022)
+    known.use()
+    seen = known.follow(0.02, duration=0.1)
+    assert not known.asked
+    assert (seen.state, seen.refusal.reason) == (State.WAITING, Reason.NOT_CERTIFIED)
+    assert "by the table of grips no pressure wraps it; it holds 0.006 m" in seen.refusal.text
+    assert seen.pressure_command == 0.0
+    answer = known.plan()
+    assert (answer.success, answer.reason) == (False, Reason.NOT_CERTIFIED)
+    assert known.grasp(0.0).reason is Reason.NOT_CERTIFIED
+    assert known.plan(gravity=[Vector3(x=8.0)]).success  # the table is not for this
+    assert known.follow(0.03).state is State.TRACKING  # not known: the tip decides
+    assert known.follow(0.02, contact=False).state is State.TRACKING
 
 
 def test_past_a_loss_that_becomes_known_later_nothing_is_wrapped(known):

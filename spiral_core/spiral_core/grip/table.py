@@ -75,6 +75,20 @@ class GripTable:
         blend = self._blend(self._around(radius), radius, tip_pressure)
         return None if blend is None else blend.window
 
+    def is_not_held(self, radius: float) -> bool:
+        """Return whether a radius [m] is known not to be held: neither is what is around it."""
+        pair = self._around(radius)
+        ends = list(zip(self.radii, self.grips, strict=True))[pair : pair + 2]
+        if not ends[0][0] <= radius <= ends[1][0]:
+            return False
+        exact = [grip for end, grip in ends if end == radius]
+        return not any(exact or [grip for _, grip in ends])
+
+    def nearest_held(self, radius: float) -> float | None:
+        """Return the radius of the table that is held and nearest to one [m], if any is."""
+        held = [own for own, grip in zip(self.radii, self.grips, strict=True) if grip is not None]
+        return min(held, key=lambda own: abs(own - radius), default=None)
+
     def poor(self, most: int) -> list[int]:
         """Return the pairs of radii that a radius between them improves, the worst first.
 

@@ -43,6 +43,11 @@ class ParameterSpec:
     choices: tuple[str, ...] = ()
     read_only: bool = False
 
+    @property
+    def span(self) -> str:
+        """What a value may be, in words; empty: anything of its type."""
+        return ", ".join(self.choices) if self.low is None else f"{self.low:g} to {self.high:g}"
+
 
 @dataclass(frozen=True, slots=True)
 class Parameters:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from typing import NoReturn
 
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.table import GripTable
+from spiral_core.message import Message, Quantity
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.curve import WrapCurve
@@ -84,11 +86,12 @@ class GripperPlanner:
             laid = self._fitted.wrap_for_radius(radius)
         window: tuple[float, ...] | None = None
         if self.grips is not None:
-            table = self.grips.table(self.gravity)
-            window = None if table is None else table.window(radius, laid.pressure)
-            found = self.grips.found(InUse(radius))
+            found, table = self.grips.found(InUse(radius)), self.grips.table(self.gravity)
             if isinstance(found, NotGrippableError):
                 raise found
+            if table is not None and found is None and table.is_not_held(radius):
+                raise _not_held(radius, table)
+            window = None if table is None else table.window(radius, laid.pressure)
         solve_time = time.perf_counter() - start
         return WrapPlan(wrap, laid, self.gripper, solve_time, *(window or ()))
 
@@ -124,6 +127,14 @@ class GripperPlanner:
         if radius is None or not smallest <= radius <= largest:
             return GripShape(state, None)
         return GripShape(state, self.curve.regime(pressure, radius, state))
+
+
+def _not_held(radius: float, table: GripTable) -> NotGrippableError:
+    """Return that a table of grips does not hold a radius [m]."""
+    reason, nearest = "by the table of grips no pressure wraps it", table.nearest_held(radius)
+    if nearest is not None:
+        reason = Message("{}; it holds {}", reason, Quantity(nearest, "m"))
+    return NotGrippableError(radius, reason, 0.0, None)
 
 
 class NoPlanner:

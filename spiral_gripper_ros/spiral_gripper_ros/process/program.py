@@ -54,11 +54,12 @@ def usage(program: Program[MadeT]) -> str:
         f"\n{program.about}",
     ]
     for heading, table in program.parameters().items():
-        lines.append(f"{heading} (with their defaults):")
+        lines.append(f"{heading} (with their defaults and ranges):")
         for spec in table:
             unset = spec.default == () or spec.default != spec.default
             default = "not set" if unset else spec.default
-            lines.append(f"  {spec.name} ({default}): {spec.description}")
+            values = (str(default), spec.span, "fixed at the start" if spec.read_only else "")
+            lines.append(f"  {spec.name} ({'; '.join(filter(None, values))}): {spec.description}")
         lines.append("")
     lines.append("`ros2 param describe` describes each parameter of the running node.\n")
     return "\n".join(lines)

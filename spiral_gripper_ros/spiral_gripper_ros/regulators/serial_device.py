@@ -46,9 +46,8 @@ class SerialDevice:
         try:
             import serial
         except ModuleNotFoundError:
-            requirement = (
-                "another one: serial needs pyserial (pip install 'spiral-gripper[regulators]')"
-            )
+            requirement = "topic or modbus where pyserial is missing; serial needs it: "
+            requirement += "pip install 'spiral-gripper[regulators]'"
             raise InvalidInputError("device", "serial", requirement) from None
         self._serial = serial
         self._address, self._baud_rate = values.port, values.baud_rate
