@@ -104,6 +104,8 @@ def capture(
         print_rows(f"{mount.name}, how far off may it be?", rows_of(CAPTURE, region))
     if table and region.center is CaptureOutcome.HOLDS:
         say_written(write_region(region, description))
+    elif table:
+        click.echo("not held: no region is written", err=True)
     if plot is not None:
         from spiral_gripper.reports.grip.plots import capture_figure
 

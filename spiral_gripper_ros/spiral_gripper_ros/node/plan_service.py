@@ -159,6 +159,8 @@ class _Answers:
             lost = beyond_loss(pressure, grip.loss)
             raise _RefusedError(lost.reason, lost.text)
         contact = None if grip is None else grip.contact_length
+        margin = self._capture_margin(asked, pressure, plan)
+        missed = margin is not None and margin < 0.0
         placement = plan.placement
         if request.backbone:
             answer.backbone = backbone_to_msg(plan.wrap.state, context.points, context.header)
@@ -169,11 +171,12 @@ class _Answers:
             object_axis=[vector_to_msg(plan.wrap.coil.axis)],
             object_center=[vector_to_msg(placement.center, Point)],
             largest_gap=placement.largest_gap,
-            capture_margin=self._capture_margin(asked, pressure, plan),
+            capture_margin=margin,
             success=True,
             message=f"wraps {radius:.4g} m with {plan.wrap.turns:.3g} turns at {pressure:.6g} Pa, "
             f"{above:.4g} Pa above the bare wrap; "
-            f"the free coil is up to {placement.largest_gap:.3g} m off the object",
+            f"the free coil is up to {placement.largest_gap:.3g} m off the object"
+            f"{'; at its pose it may be missed' if missed else ''}",
         )
         return message
 

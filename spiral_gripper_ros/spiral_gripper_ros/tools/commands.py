@@ -76,9 +76,10 @@ def plan(
         document |= _document(figures)
     if answer.success and payload is not None:
         margin = None if grip is None else known(grip.payload_margin)
-        good, said = False, "NOT held, or not known"
-        if margin is not None and margin >= 0.0:
-            good, said = True, f"held with {shown(margin, 'N', 3)} to spare"
+        good, said = False, "not known whether it is held"
+        if margin is not None:
+            good, size = margin >= 0.0, shown(abs(margin), "N", 3)
+            said = f"held with {size} to spare" if good else f"NOT held: {size} too little"
         lines.append(f"payload          {shown(payload, 'kg', 3)} {said}")
     if answer.radius_range:
         lines.append(f"grips radii      {shown_range(*answer.radius_range)}")
