@@ -25,7 +25,7 @@ from spiral_core import (
     solve_grip,
 )
 from spiral_core.grip import places
-from spiral_core.grip.places import find_place, held_radii, what_helps
+from spiral_core.grip.places import find_place, held_radii, nearest_held_radius, what_helps
 from spiral_core.grip.window import WindowEnd
 from spiral_gripper import load_gripper
 
@@ -113,6 +113,14 @@ def test_the_radii_that_are_held_end_where_contact_ends(monkeypatch, ranges):
         assert max(begin, least) <= low <= max(1.01 * begin, least)
         assert min(end / 1.01, most) <= high <= min(end, most)
     assert len(tried) < 60
+    for radius in (0.0185, 0.0198, 0.0215):
+        nearest = nearest_held_radius(lay_into_coil(gripper, radius))
+        ends = [end for pair in ranges for end in pair]
+        exact = min(ends, key=lambda end: abs(end - radius), default=None)
+        if any(low <= radius <= high for low, high in ranges):
+            continue  # held itself
+        assert nearest == (exact and pytest.approx(exact, rel=0.01))
+        assert nearest is None or any(low <= nearest <= high for low, high in ranges)
 
 
 LEANING = (-0.719 * 9.81, 0.678 * 9.81, 0.152 * 9.81)

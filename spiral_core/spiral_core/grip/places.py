@@ -114,8 +114,9 @@ def _held_back(setup: GripSetup) -> bool:
 def nearest_held_radius(setup: GripSetup) -> float | None:
     """Return the nearest radius that is held [m], of a cylinder that was laid into the coil.
 
-    Radii above and below are tried in turn, in steps of 8 %. None if none of them is held, or the
-    object is none that was laid into the coil.
+    Radii above and below are tried in steps of 8 %; where one is held, the end of what is held is
+    located to a percent. None if none of them is held, or the object is none that was laid into the
+    coil.
     """
     shape = setup.obstacle.shape
     if setup.tip_pressure is None or not isinstance(shape, Cylinder):
@@ -125,12 +126,18 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
     laid = lay_into_coil(own, shape.radius, curve=curve).obstacle
     if (laid.position, laid.orientation) != (obstacle.position, obstacle.orientation):
         return None
+    asked = obstacle.friction, setup.closing
     for number in range(1, RADIUS_TRIES + 1):
-        for factor in (1.0 + number * RADIUS_STEP, 1.0 - number * RADIUS_STEP):
-            radius = factor * shape.radius
+        held = []
+        for step in (RADIUS_STEP, -RADIUS_STEP):
+            before, radius = ((1.0 + n * step) * shape.radius for n in (number - 1, number))
             inside = curve.radius_min <= radius <= curve.radius_max
-            if inside and _is_held(own, curve, radius, obstacle.friction, setup.closing):
-                return radius
+            if inside and _is_held(own, curve, radius, *asked):
+                pair = (before, radius) if step > 0.0 else (radius, before)
+                tried = _end(own, curve, pair, step < 0.0, *asked)
+                held += [radius, *(each for each, good in tried.items() if good)]
+        if held:
+            return min(held, key=lambda radius: abs(radius - shape.radius))
     return None
 
 
@@ -187,13 +194,18 @@ def _is_held(
 
 
 def _end(
-    gripper: Gripper, curve: WrapCurve, pair: tuple[float, float], first: bool
+    gripper: Gripper,
+    curve: WrapCurve,
+    pair: tuple[float, float],
+    first: bool,
+    friction: float | None = None,
+    closing: Closing = Closing.SLOW,
 ) -> dict[float, bool]:
     """Return which radii are held between two [m] of which one is: ``first`` says of the lower."""
     (low, high), found = pair, {}
     while high > (1.0 + END_TOLERANCE) * low:
         middle = math.sqrt(low * high)
-        found[middle] = _is_held(gripper, curve, middle)
+        found[middle] = _is_held(gripper, curve, middle, friction, closing)
         low, high = (middle, high) if found[middle] == first else (low, middle)
     return found
 
