@@ -146,11 +146,11 @@ def test_where_radii_are_held_is_located_and_what_is_not_held_is_not_answered(mo
     assert away(table, 0.0301) is table.window(0.0301, 5.0e4) is None
 
 
-def test_between_radii_that_are_not_held_none_is_and_the_nearest_held_is_named():
+def test_next_to_radii_that_are_not_held_none_is_and_the_nearest_held_is_named():
     grip = figures()
     table = table_of([0.01, 0.02, 0.03, 0.04, 0.05], [grip, None, None, grip, grip])
     wrong = [each for each in range(9, 52) if table.is_not_held(1e-3 * each)]
-    assert wrong == list(range(20, 31))
+    assert wrong == list(range(11, 40))
     assert [table.nearest_held(radius) for radius in (0.024, 0.026)] == [0.01, 0.04]
     assert table_of([0.01, 0.02], [None, None]).nearest_held(0.01) is None
 

@@ -76,13 +76,13 @@ class GripTable:
         return None if blend is None else blend.window
 
     def is_not_held(self, radius: float) -> bool:
-        """Return whether a radius [m] is known not to be held: neither is what is around it."""
+        """Return whether a radius [m] is not held, or next to one that is not, within ``EDGE``."""
         pair = self._around(radius)
         ends = list(zip(self.radii, self.grips, strict=True))[pair : pair + 2]
         if not ends[0][0] <= radius <= ends[1][0]:
             return False
         exact = [grip for end, grip in ends if end == radius]
-        return not any(exact or [grip for _, grip in ends])
+        return None in (exact or [grip for _, grip in ends])
 
     def nearest_held(self, radius: float) -> float | None:
         """Return the radius of the table that is held and nearest to one [m], if any is."""

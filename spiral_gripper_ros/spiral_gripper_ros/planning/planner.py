@@ -131,7 +131,8 @@ class GripperPlanner:
 
 def _not_held(radius: float, table: GripTable) -> NotGrippableError:
     """Return that a table of grips does not hold a radius [m]."""
-    reason, nearest = "by the table of grips no pressure wraps it", table.nearest_held(radius)
+    reason = "the table of grips has no pressure that wraps it"
+    nearest = table.nearest_held(radius)
     if nearest is not None:
         reason = Message("{}; it holds {}", reason, Quantity(nearest, "m"))
     return NotGrippableError(radius, reason, 0.0, None)
