@@ -252,6 +252,11 @@ def test_a_radius_that_the_table_does_not_hold_is_refused_from_the_first_message
     answer = known.plan()
     assert (answer.success, answer.reason) == (False, Reason.NOT_CERTIFIED)
     assert known.grasp(0.0).reason is Reason.NOT_CERTIFIED
+    exact = known.plan(compute_grip=True)  # contact itself decides
+    assert (exact.success, len(exact.grip)) == (True, 1)
+    known.never = 0.02
+    assert "the tube passes by" in known.plan(compute_grip=True).message
+    known.never = None
     assert known.plan(gravity=[Vector3(x=8.0)]).success  # the table is not for this
     assert known.follow(0.036).state is State.TRACKING  # beyond the table the tip decides
     assert known.follow(0.02, contact=False).state is State.TRACKING

@@ -76,7 +76,7 @@ class GripTable:
         return None if blend is None else blend.window
 
     def is_not_held(self, radius: float) -> bool:
-        """Return whether a radius [m] is not held, or next to one that is not, within ``EDGE``."""
+        """Return whether a radius [m] is not held, or between one that is not and its neighbor."""
         pair = self._around(radius)
         ends = list(zip(self.radii, self.grips, strict=True))[pair : pair + 2]
         if not ends[0][0] <= radius <= ends[1][0]:

@@ -144,7 +144,7 @@ class _Answers:
         if isinstance(planner, NoPlanner):
             planner.plan(radius)
         answer.radius_range = planner.radius_range
-        plan = planner.plan(radius)
+        plan = planner.plan(radius, by_tip=request.compute_grip)
         needed = plan.wrap.object_length_needed or 0.0
         if length is not None and length < needed:
             text = f"the coil covers {needed:.4g} m of the object but its length is {length:.4g} m"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import NoReturn
 
 from spiral_core.errors import NotGrippableError, SpiralError
+from spiral_core.grip.curve import GripCurve
 from spiral_core.grip.table import GripTable
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.state import RodState
@@ -74,8 +75,12 @@ class GripperPlanner:
         """Smallest and largest radius that can be gripped [m]."""
         return self.curve.radius_min, self.curve.radius_max
 
-    def plan(self, radius: float) -> WrapPlan:
+    def plan(self, radius: float, *, by_tip: bool = False) -> WrapPlan:
         """Return the perfect wrap of a radius [m]; raise the core's error if there is none.
+
+        Args:
+            radius: of the object.
+            by_tip: whether only the tip criterion refuses it, because contact is asked for next.
 
         Raises:
             NotGrippableError: the tip criterion has no pressure, or contact is known to find none.
@@ -87,9 +92,10 @@ class GripperPlanner:
         window: tuple[float, ...] | None = None
         if self.grips is not None:
             found, table = self.grips.found(InUse(radius)), self.grips.table(self.gravity)
-            if isinstance(found, NotGrippableError):
+            if isinstance(found, NotGrippableError) and not by_tip:
                 raise found
-            if table is not None and found is None and table.is_not_held(radius):
+            is_solved = by_tip or isinstance(found, GripCurve)
+            if table is not None and not is_solved and table.is_not_held(radius):
                 raise _not_held(radius, table)
             window = None if table is None else table.window(radius, laid.pressure)
         solve_time = time.perf_counter() - start
