@@ -238,6 +238,8 @@ def test_a_radius_that_contact_never_wraps_is_refused_once_that_is_known(known):
     answer = known.plan()
     assert not answer.success
     assert "the tube passes by" in answer.message
+    known.never = None
+    assert known.plan(compute_grip=True).success  # asked of contact anew
     assert known.follow(0.0215, duration=0.1).state is State.TRACKING
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The help of the programs names every parameter, and nothing is started."""
 
+import re
+
 import pytest
 
 from spiral_gripper_ros.node.main import main as node
@@ -27,4 +29,6 @@ def test_help_is_printed_and_no_node_started(main, option, specs, capsys):
     captured = capsys.readouterr()
     assert captured.out.startswith("usage: spiral_gripper_")
     assert captured.err == ""
-    assert all(f"  {spec.name} (" in captured.out for spec in specs)
+    told = dict(re.findall(r"^  ([\w.]+) \((.*?)\): ", captured.out, re.MULTILINE))
+    assert all(spec.span in told[spec.name] for spec in specs)
+    assert all(("fixed" in told[spec.name]) is spec.read_only for spec in specs)
