@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Wrap an object, attach it to the arm in MoveIt's planning scene, release it and detach it.
+"""Approach and wrap an object, attach it to the arm in MoveIt's planning scene, release it.
 
 Start MoveIt and the gripper's node with the files beside this one, then run
-``python3 attach_and_detach.py RADIUS LENGTH``, both in meters.
+``python3 attach_and_detach.py RADIUS LENGTH X Y Z`` for a cylinder that stands upright with its
+middle at X Y Z of MoveIt's planning frame, all in meters.
 """
 
 from __future__ import annotations
@@ -13,15 +14,38 @@ import rclpy
 from geometry_msgs.msg import Pose, PoseStamped
 from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningScene
 from moveit_msgs.srv import ApplyPlanningScene
+from rclpy.action import ActionClient
+from rclpy.node import Node
 from rclpy.wait_for_message import wait_for_message
 from shape_msgs.msg import SolidPrimitive
 
+from spiral_gripper_msgs.action import FindApproach
 from spiral_gripper_ros.client import SpiralGripper, WrapOutcome
 
 NAMESPACE = "/spiral_gripper"
-OBJECT = "wrapped_object"
+PLANNING_FRAME, OBJECT = "world", "wrapped_object"
+# Largest angle between gravity and the tube at the base that the arm can reach [rad].
+TILT_MAX = 1.0
 # They may touch the object while it is attached.
 TOUCHING = ["gripper_base", "gripper_shape"]
+
+
+def find_approaches(node: Node, radius: float, place: list[float]) -> list[PoseStamped]:
+    """Return goals for the link gripper_base, the best first; takes about a minute."""
+    client = ActionClient(node, FindApproach, f"{NAMESPACE}/find_approach")
+    goal = FindApproach.Goal(object_radius=radius, tilt_max=[TILT_MAX])
+    goal.object_pose.header.frame_id = PLANNING_FRAME
+    point = goal.object_pose.pose.position
+    point.x, point.y, point.z = place
+    client.wait_for_server()
+    accepted = client.send_goal_async(goal)
+    rclpy.spin_until_future_complete(node, accepted)
+    answer = accepted.result().get_result_async()
+    rclpy.spin_until_future_complete(node, answer)
+    result = answer.result().result
+    if not result.success:
+        raise SystemExit(result.message)
+    return [approach.base_pose for approach in result.approaches]
 
 
 def scene_with_attached(pose: PoseStamped, radius: float, length: float) -> PlanningScene:
@@ -57,7 +81,7 @@ def change(attached: AttachedCollisionObject) -> PlanningScene:
     return scene
 
 
-def main(radius: float, length: float) -> None:
+def main(radius: float, length: float, *place: float) -> None:
     """Grasp and release once."""
     rclpy.init()
     node = rclpy.create_node("attach_and_detach")
@@ -74,7 +98,8 @@ def main(radius: float, length: float) -> None:
     with SpiralGripper(NAMESPACE) as gripper:
         gripper.wait_until_active(timeout=60.0)
         try:
-            # Here the arm moves to the object: docs/moveit.md, "Where the arm goes".
+            for goal in find_approaches(node, radius, list(place)):
+                print(goal.pose)  # here the arm moves to the first that it can reach
             gripper.wrap(radius=radius)
             result = gripper.wait(timeout=30.0)
             if result.outcome is not WrapOutcome.SUCCEEDED:
@@ -96,4 +121,4 @@ def main(radius: float, length: float) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(float, sys.argv[1:3]))
+    main(*map(float, sys.argv[1:6]))

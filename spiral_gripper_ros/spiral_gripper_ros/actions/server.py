@@ -30,7 +30,7 @@ _DESTROYED = Refusal(Reason.NOT_ACTIVE, "the node is destroyed")
 _CANCELED_BEFORE = Refusal(Reason.GRASP_CANCELED, "canceled before it was started")
 
 
-class _Server(ActionServer):  # type: ignore[misc]
+class GuardedServer(ActionServer):  # type: ignore[misc]
     """rclpy's server; what it raises at a request, or at a client that has gone, is logged."""
 
     def __init__(self, errors: ErrorLog, *arguments: Any, **options: Any) -> None:  # noqa: ANN401
@@ -80,7 +80,7 @@ class GoalServer:
         self.kind, self._name = kind, name
         self._runs: dict[int, _Run] = {}
         self._send_feedback = log_on_error(runtime.errors, self._feedback)
-        self._server = _Server(
+        self._server = GuardedServer(
             runtime.errors,
             node,
             kind,

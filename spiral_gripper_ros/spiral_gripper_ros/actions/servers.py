@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The actions of the node: `grasp`, `release`, those of control_msgs."""
+"""The actions of the node: `grasp`, `release`, `find_approach`, those of control_msgs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 
 from spiral_gripper_msgs.action import Grasp, Release
+from spiral_gripper_ros.actions.find_approach import ApproachServer
 from spiral_gripper_ros.actions.grasp import GraspServer
 from spiral_gripper_ros.actions.gripper_command_server import gripper_command_servers
 from spiral_gripper_ros.actions.release import ReleaseServer
@@ -21,7 +22,7 @@ END_TIME = 0.2
 
 
 class GoalServers:
-    """Serves `grasp`, `release` and, where they are installed, the actions of control_msgs.
+    """Serves `grasp`, `release`, `find_approach` and, where it is installed, those of control_msgs.
 
     They are served as long as the node exists.
 
@@ -37,6 +38,7 @@ class GoalServers:
             ReleaseServer(node, runtime, Release, "release"),
             *gripper_command_servers(node, runtime),
         ]
+        self._approaches = ApproachServer(node, runtime)
 
     def _tick(self) -> None:
         for server in self._servers:
@@ -60,5 +62,6 @@ class GoalServers:
 
     def destroy(self) -> None:
         """Serve no longer."""
+        self._approaches.destroy()
         for server in self._servers:
             server.destroy()

@@ -32,7 +32,8 @@ A lifecycle node that turns object radii into the pressure of the perfect wrap.
   publishes  pressure_command [Pa gauge]
              status, wrap, backbone, measured_backbone, markers, /diagnostics
   serves     vent, rearm, plan_wrap, design_gripper, cancel_design
-             actions: grasp, release and, with control_msgs, gripper_cmd, parallel_gripper_cmd
+             actions: grasp, release, find_approach
+             and, with control_msgs, gripper_cmd, parallel_gripper_cmd
 
 example:
   spiral_gripper_node --ros-args -r __ns:=/left -p gripper:=prototype_p1

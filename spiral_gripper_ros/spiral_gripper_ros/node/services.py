@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import functools
-import traceback
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
 from typing import Any
 
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
@@ -19,10 +18,9 @@ from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.node.design_service import fill_response, requirement_from_msg
 from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap, refuse_all
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
-from spiral_gripper_ros.runtime.guards import report
+from spiral_gripper_ros.runtime.guards import answered, report
 from spiral_gripper_ros.runtime.runtime import Runtime
 
-TOO_LARGE = "the numbers of the request are too large to compute with: SI units are expected"
 # Grips of one plan_wrap: seconds each.
 MOST_GRIPS = 20
 TOO_MANY_GRIPS = f"compute_grip takes seconds for each object: at most {MOST_GRIPS} in one request"
@@ -66,7 +64,7 @@ class Services:
             report = await background.design(self._node.executor, requirement)
             return fill_response(response, report)
 
-        return await self._guarded(answer, refuse)
+        return await answered(self._node, self._runtime, answer, refuse)
 
     def _cancel_design(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         del request
@@ -101,27 +99,7 @@ class Services:
             question = functools.partial(answer_plan_wrap, request, response, context)
             return await pool.ask(self._node.executor, question)
 
-        return await self._guarded(answer, refuse)
-
-    async def _guarded(
-        self,
-        answer: Callable[[LoadedGripper], Awaitable[Any]],
-        refuse: Callable[[str, Reason], Any],
-    ) -> Any:  # noqa: ANN401
-        """Return what is awaited of the loaded gripper; an exception becomes a refusal."""
-        try:
-            if self._runtime.loaded is None:
-                return refuse(self._runtime.not_configured, Reason.NOT_ACTIVE)
-            return await answer(self._runtime.loaded)
-        except SpiralError as error:
-            return refuse(str(error), Reason.INVALID_REQUEST)
-        except OverflowError:
-            return refuse(TOO_LARGE, Reason.INVALID_REQUEST)
-        except Exception as error:
-            self._node.get_logger().error(
-                f"exception in a service:\n{''.join(traceback.format_exception(error))}"
-            )
-            return refuse(f"internal error: {error!r}", Reason.INTERNAL_ERROR)
+        return await answered(self._node, self._runtime, answer, refuse)
 
     def _vent(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         done = RELEASED if self._runtime.is_active else RELEASED_INACTIVE

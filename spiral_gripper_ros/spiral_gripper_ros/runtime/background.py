@@ -59,7 +59,7 @@ class Background:
     """Background threads; a long question delays neither commands nor other kinds of questions.
 
     Attributes:
-        gravity, plans, exact, batches, grips: the threads of each kind of question.
+        gravity, plans, exact, batches, approaches, grips: the threads of each kind of question.
         solve_grip: returns a grip, in seconds; called in the thread of ``grips``.
         has_ended: whether the node has ended; long computations then stop.
     """
@@ -67,7 +67,7 @@ class Background:
     def __init__(self) -> None:
         self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
         self.plans, self.exact = QuestionPool("plans"), QuestionPool("exact")
-        self.batches = QuestionPool("batches")
+        self.batches, self.approaches = QuestionPool("batches"), QuestionPool("approaches")
         self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
         self._grips_shared = SharedGrips()
         self.solve_grip = self._grips_shared.answer
@@ -108,8 +108,8 @@ class Background:
     def end(self) -> None:
         """Drop the waiting questions, and end the running design and batch."""
         self.has_ended = True
-        pools = (self.gravity, self.grips, self._designs, self.plans, self.exact, self.batches)
-        for pool in pools:
+        threads = (self.gravity, self.grips, self._designs)
+        for pool in (*threads, self.plans, self.exact, self.batches, self.approaches):
             pool.shutdown(wait=False, cancel_futures=True)
         self._grips_shared.end()
         self.cancel_design("the node has ended")

@@ -8,15 +8,20 @@ ends the executor: neither may happen to a node that holds an object.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+import traceback
+from collections.abc import Awaitable, Callable
 from typing import Any, TypeVar, cast
 
 from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.node import Node
 
 from spiral_core.errors import SpiralError
+from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.process.guards import CallbackT, guarded
 from spiral_gripper_ros.runtime.runtime import Runtime
 
+TOO_LARGE = "the numbers of the request are too large to compute with: SI units are expected"
 TransitionT = TypeVar("TransitionT", bound=Callable[..., TransitionCallbackReturn])
 
 
@@ -53,3 +58,25 @@ def report(runtime: Runtime, where: str, error: Exception) -> str:
     text = f"internal error in {where}: {type(error).__name__}: {error}"
     runtime.fail(text)
     return text
+
+
+async def answered(
+    node: Node,
+    runtime: Runtime,
+    answer: Callable[[LoadedGripper], Awaitable[Any]],
+    refuse: Callable[[str, Reason], Any],
+) -> Any:  # noqa: ANN401
+    """Return what is awaited of the loaded gripper; an exception becomes a refusal, and no vent."""
+    try:
+        if runtime.loaded is None:
+            return refuse(runtime.not_configured, Reason.NOT_ACTIVE)
+        return await answer(runtime.loaded)
+    except SpiralError as error:
+        return refuse(str(error), Reason.INVALID_REQUEST)
+    except OverflowError:
+        return refuse(TOO_LARGE, Reason.INVALID_REQUEST)
+    except Exception as error:
+        node.get_logger().error(
+            f"exception in a service:\n{''.join(traceback.format_exception(error))}"
+        )
+        return refuse(f"internal error: {error!r}", Reason.INTERNAL_ERROR)

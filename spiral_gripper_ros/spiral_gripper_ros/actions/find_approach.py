@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The action `find_approach`: how an arm should hold the gripper; it moves nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.action import CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.node import Node
+
+from spiral_core.errors import InvalidInputError
+from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
+from spiral_gripper_msgs.action import FindApproach
+from spiral_gripper_msgs.msg import Approach
+from spiral_gripper_ros.actions.server import RESULT_TIMEOUT, GuardedServer
+from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.messages.conversions import (
+    filled,
+    known,
+    line_from_msg,
+    pose_of,
+    vector_from_msg,
+)
+from spiral_gripper_ros.messages.qos import REQUESTS
+from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, gravity_problem
+from spiral_gripper_ros.planning.approach import ApproachQuestion, FoundApproach, searched
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.runtime.guards import answered
+from spiral_gripper_ros.runtime.runtime import Runtime
+
+
+class ApproachServer:
+    """Searches for one goal after the other, in any state that has a gripper.
+
+    Args:
+        node: the ROS node that serves.
+        runtime: the gripper.
+    """
+
+    def __init__(self, node: Node, runtime: Runtime) -> None:
+        self._node, self._runtime = node, runtime
+        self._server = GuardedServer(
+            runtime.errors,
+            node,
+            FindApproach,
+            "find_approach",
+            self._execute,
+            callback_group=ReentrantCallbackGroup(),
+            cancel_callback=lambda _: CancelResponse.ACCEPT,
+            goal_service_qos_profile=REQUESTS,
+            result_service_qos_profile=REQUESTS,
+            cancel_service_qos_profile=REQUESTS,
+            result_timeout=RESULT_TIMEOUT,
+        )
+        self.destroy = self._server.destroy
+
+    async def _execute(self, handle: Any) -> Any:  # noqa: ANN401
+        """Answer a goal."""
+
+        def refuse(text: str, reason: Reason) -> Any:  # noqa: ANN401
+            return FindApproach.Result(success=False, reason=int(reason), message=text)
+
+        async def answer(loaded: LoadedGripper) -> Any:  # noqa: ANN401
+            question = question_from_msg(handle.request, loaded.gripper)
+            background = self._runtime.background
+
+            def is_wanted(closed: int, expected: int) -> bool:
+                handle.publish_feedback(FindApproach.Feedback(closed=closed, expected=expected))
+                unloaded = self._runtime.loaded is not loaded or background.has_ended
+                return not (unloaded or handle.is_cancel_requested)
+
+            search = partial(searched, question, is_wanted)
+            found, text = await background.approaches.ask(self._node.executor, search)
+            return result_of(found, text, handle.request.object_pose)
+
+        result = await answered(self._node, self._runtime, answer, refuse)
+        if handle.is_cancel_requested:
+            handle.canceled()
+        elif result.success:
+            handle.succeed()
+        else:
+            handle.abort()
+        return result
+
+
+def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # noqa: ANN401
+    """Return what a goal asks.
+
+    Raises:
+        InvalidInputError: the object's pose is none, or gravity or friction is out of its range.
+    """
+    _, axis = line_from_msg(request.object_pose.pose)
+    gravity = (0.0, 0.0, -STANDARD_GRAVITY)
+    if request.gravity:
+        gravity = vector_from_msg(request.gravity[0])
+        if gravity_problem(gravity) is not None:
+            raise InvalidInputError("gravity", gravity, GRAVITY_REQUIREMENT)
+    friction = known(request.friction_coefficient)
+    if friction is not None:
+        gripper = replace(gripper, friction_coefficient=friction)
+    return ApproachQuestion(
+        gripper,
+        request.object_radius,
+        axis,
+        gravity,
+        known(request.payload),
+        known(request.tilt_max),
+        request.regions,
+    )
+
+
+def result_of(found: list[FoundApproach], text: str, object_pose: PoseStamped) -> Any:  # noqa: ANN401
+    """Return the result that tells of approaches to an object at its place."""
+    center = np.array(vector_from_msg(object_pose.pose.position))
+    approaches = [
+        filled(
+            Approach(),
+            one,
+            base_pose=PoseStamped(
+                header=object_pose.header,
+                pose=pose_of((center + one.position).tolist(), one.orientation),
+            ),
+        )
+        for one in found
+    ]
+    reason = Reason.NONE if found else Reason.NOT_CERTIFIED
+    return FindApproach.Result(
+        success=bool(found), reason=int(reason), message=text, approaches=approaches
+    )
