@@ -10,6 +10,7 @@ import time
 from types import TracebackType
 from typing import Any
 
+from geometry_msgs.msg import Pose
 from rclpy.action import ActionClient
 from rclpy.task import Future
 from std_msgs.msg import Empty
@@ -160,6 +161,7 @@ class SpiralGripper:
         friction: float | None = None,
         *,
         compute_grip: bool = False,
+        pose: Pose | None = None,
     ) -> PlannedWrap:
         """Ask whether an object can be wrapped, and at which pressure; moves nothing.
 
@@ -169,6 +171,7 @@ class SpiralGripper:
             payload: mass of the object [kg]; None: not known.
             friction: between tube and object, with ``compute_grip``; None: the gripper's own.
             compute_grip: wait for the grip on exactly this object, else it is of the node's table.
+            pose: of the object in the base frame, z along its axis; None: where the coil wraps it.
 
         Returns:
             The answer of `plan_wrap`; what cannot be wrapped is an answer too.
@@ -179,6 +182,7 @@ class SpiralGripper:
         """
         request = request_of_plan(radius, overpressure, payload, friction)
         request.compute_grip = compute_grip
+        request.objects[0].pose = [] if pose is None else [pose]
         patience = GRIP_TIMEOUT if compute_grip else 0.0
         return self._link.call(self._plan, request, patience).plans[0]
 

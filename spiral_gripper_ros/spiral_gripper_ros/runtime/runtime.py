@@ -19,7 +19,7 @@ from visualization_msgs.msg import MarkerArray
 from spiral_core.errors import SpiralError
 from spiral_core.grip.curve import GripCurve, GripQuestion
 from spiral_gripper import GripperDescription, load_description
-from spiral_gripper.files.grips import read_grips
+from spiral_gripper.files.grips import grips_path, read_grips
 from spiral_gripper.files.regions import read_regions
 from spiral_gripper.files.storage import FileError
 from spiral_gripper_msgs.msg import Grip, GripStatus, Wrap
@@ -311,8 +311,13 @@ class Runtime:
         table = self._beside(read_grips, description)
         if table is not None:
             table = replace(table, computed_at=self.now())
+            held = sum(grip is not None for grip in table.grips)
+            path = grips_path(description)
+            self._logger.info(f"{path}: {held} of {len(table.radii)} radii are held")
         grips = GripFollower(description.gripper, gravity, table, self._solve_grip, pools.grips)
         regions = self._beside(read_regions, description) or ()
+        if regions:
+            self._logger.info(f"regions of capture beside the description: {len(regions)}")
         return LoadedGripper(description, gravity, pools.gravity, grips, regions)
 
     def _beside(

@@ -93,7 +93,7 @@ def print_answer(answer: ApproachAnswer, console: Console) -> None:
     if answer.approaches:
         return
     for reason, times in answer.reasons.most_common(MOST_REASONS):
-        console.print(escape(f"{times} poses: {shown_message(reason)}"), highlight=False)
+        console.print(escape(f"{times} x {shown_message(reason)}"), highlight=False)
     if math.isinf(answer.tried[answer.nearest].missing):  # no tube came near
         return
     tube = base_rotation(answer.task, answer.nearest).as_matrix()[:, 0]
