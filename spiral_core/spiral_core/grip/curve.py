@@ -142,6 +142,11 @@ class GripCurve:
     shapes: GripShapes | None = None
     computed_at: float = 0.0
 
+    @property
+    def window(self) -> tuple[float, float, float]:
+        """Where good grips begin and end, and where the grip is lost [Pa]; inf: nowhere."""
+        return self.onset_wrap, self.highest_good, self.loss
+
     def answer(self, pressure: float, *, at_pose: bool) -> GripAnswer:
         """Return the grip at a pressure [Pa]; above the loss nothing is held."""
         return GripAnswer(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -14,6 +15,7 @@ from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.validation import require_direction, require_in_range, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
 from spiral_gripper_msgs.action import FindApproach
 from spiral_gripper_msgs.msg import Approach
@@ -35,7 +37,7 @@ from spiral_gripper_ros.runtime.runtime import Runtime
 
 
 class ApproachServer:
-    """Searches for one goal after the other, in any state that has a gripper.
+    """Searches for one goal at a time, in any state that has a gripper; a newer one replaces it.
 
     Args:
         node: the ROS node that serves.
@@ -43,7 +45,7 @@ class ApproachServer:
     """
 
     def __init__(self, node: Node, runtime: Runtime) -> None:
-        self._node, self._runtime = node, runtime
+        self._node, self._runtime, self._newest = node, runtime, None
         self._server = GuardedServer(
             runtime.errors,
             node,
@@ -61,6 +63,7 @@ class ApproachServer:
 
     async def _execute(self, handle: Any) -> Any:  # noqa: ANN401
         """Answer a goal."""
+        self._newest = handle
 
         def refuse(text: str, reason: Reason) -> Any:  # noqa: ANN401
             return FindApproach.Result(success=False, reason=int(reason), message=text)
@@ -72,7 +75,8 @@ class ApproachServer:
             def is_wanted(closed: int, expected: int) -> bool:
                 handle.publish_feedback(FindApproach.Feedback(closed=closed, expected=expected))
                 unloaded = self._runtime.loaded is not loaded or background.has_ended
-                return not (unloaded or handle.is_cancel_requested)
+                is_newest = self._newest is handle
+                return is_newest and not (unloaded or handle.is_cancel_requested)
 
             search = partial(searched, question, is_wanted)
             found, text = await background.approaches.ask(self._node.executor, search)
@@ -92,7 +96,7 @@ def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # no
     """Return what a goal asks.
 
     Raises:
-        InvalidInputError: the object's pose is none, or gravity or friction is out of its range.
+        InvalidInputError: the object's pose is none, or a value is out of its range.
     """
     _, axis = line_from_msg(request.object_pose.pose)
     gravity = (0.0, 0.0, -STANDARD_GRAVITY)
@@ -100,16 +104,22 @@ def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # no
         gravity = vector_from_msg(request.gravity[0])
         if gravity_problem(gravity) is not None:
             raise InvalidInputError("gravity", gravity, GRAVITY_REQUIREMENT)
-    friction = known(request.friction_coefficient)
+        require_direction("gravity", gravity)
+    friction, payload = known(request.friction_coefficient), known(request.payload)
+    tilt_max = known(request.tilt_max)
+    if payload is not None:
+        require_positive("payload", payload)
+    if tilt_max is not None:
+        require_in_range("tilt_max", require_positive("tilt_max", tilt_max), 0.0, math.pi, "rad")
     if friction is not None:
         gripper = replace(gripper, friction_coefficient=friction)
     return ApproachQuestion(
         gripper,
-        request.object_radius,
+        require_positive("object_radius", request.object_radius),
         axis,
         gravity,
-        known(request.payload),
-        known(request.tilt_max),
+        payload,
+        tilt_max,
         request.regions,
     )
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from geometry_msgs.msg import Point
@@ -149,17 +149,24 @@ class _Answers:
         if length is not None and length < needed:
             text = f"the coil covers {needed:.4g} m of the object but its length is {length:.4g} m"
             raise _RefusedError(Reason.OBJECT_TOO_SHORT, text)
+        solved = self._solved(asked, plan) if request.compute_grip else None
+        if solved is not None:
+            onset, highest_good, loss = solved.window
+            plan = replace(plan, onset=onset, highest_good=highest_good, loss=loss)
         above = default_overpressure(plan, context.limits) if overpressure is None else overpressure
         pressure = plan.pressure + above
         if not pressure <= cap:
             text = f"needs {pressure:.6g} Pa, above pressure.cap = {cap:.6g} Pa"
             raise _RefusedError(Reason.PRESSURE_CAP, text)
-        grip = self._grip(asked, pressure, plan)
+        grip = self._known_grip(asked, pressure, plan)
+        if solved is not None:
+            grip = solved.answer(pressure, at_pose=bool(asked.pose))
         if grip is not None and not pressure < grip.loss:
             lost = beyond_loss(pressure, grip.loss)
             raise _RefusedError(lost.reason, lost.text)
         contact = None if grip is None else grip.contact_length
         margin = self._capture_margin(asked, pressure, plan)
+        judged = request.compute_grip or margin is not None or not asked.pose
         missed = margin is not None and margin < 0.0
         placement = plan.placement
         if request.backbone:
@@ -176,7 +183,8 @@ class _Answers:
             message=f"wraps {radius:.4g} m with {plan.wrap.turns:.3g} turns at {pressure:.6g} Pa, "
             f"{above:.4g} Pa above the bare wrap; "
             f"the free coil is up to {placement.largest_gap:.3g} m off the object"
-            f"{'; at its pose it may be missed' if missed else ''}",
+            f"{'; at its pose it may be missed' if missed else ''}"
+            f"{'' if judged else '; its pose is not judged: compute_grip does that'}",
         )
         return message
 
@@ -198,18 +206,20 @@ class _Answers:
             self._planners[key] = planner_for(gripper.with_mount(gravity, axis), gravity)
         return self._planners[key]
 
-    def _grip(self, asked: ObjectToWrap, pressure: float, plan: WrapPlan) -> GripAnswer | None:
-        """Return what holds the object: computed for it if that is asked for, else the known."""
-        request, context, pose = self._request, self._context, None
-        if not request.compute_grip:
-            is_other = request.gravity or asked.axis or asked.friction_coefficient
-            return None if is_other else context.known_grip(plan, asked.radius, None, pressure)
-        if asked.pose:
-            pose = line_from_msg(asked.pose[0])
+    def _solved(self, asked: ObjectToWrap, plan: WrapPlan) -> GripCurve:
+        """Return the grip on exactly this object, in seconds."""
+        pose = line_from_msg(asked.pose[0]) if asked.pose else None
         friction = known(asked.friction_coefficient)
         question = GripQuestion(plan.gripper, asked.radius, friction, pose)
-        solved = context.solve_grip(question, context.is_wanted)
-        return solved.answer(pressure, at_pose=pose is not None)
+        return self._context.solve_grip(question, self._context.is_wanted)
+
+    def _known_grip(
+        self, asked: ObjectToWrap, pressure: float, plan: WrapPlan
+    ) -> GripAnswer | None:
+        """Return what is known of the grip, for the node's own mount and friction."""
+        if self._request.gravity or asked.axis or asked.friction_coefficient:
+            return None
+        return self._context.known_grip(plan, asked.radius, None, pressure)
 
     def _capture_margin(self, asked: ObjectToWrap, pressure: float, plan: WrapPlan) -> float | None:
         """Return how far inside of a known region of capture the object is, if it is seen."""

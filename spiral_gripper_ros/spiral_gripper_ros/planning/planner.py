@@ -98,6 +98,9 @@ class GripperPlanner:
             if table is not None and not is_solved and table.is_not_held(radius):
                 raise _not_held(radius, table)
             window = None if table is None else table.window(radius, laid.pressure)
+            if window is None and isinstance(found, GripCurve):
+                scale = laid.pressure / found.tip_pressure  # of a radius that differs a little
+                window = tuple(scale * end for end in found.window)
         solve_time = time.perf_counter() - start
         return WrapPlan(wrap, laid, self.gripper, solve_time, *(window or ()))
 

@@ -63,7 +63,13 @@ APPROACH = (
     Field("pressure", "recommended pressure", "found.pressure", "Pa"),
     Field("force", "holds", "found.force", _holds),
     Field("payload_ratio", "", _ratio),
-    Field("capture_size", "errors of the pose", "found.size", _errors),
+    Field("regime", "at that pressure", "point.regime", "{.value}"),
+    Field(
+        "capture_size",
+        "errors of the pose",
+        lambda approach: None if approach.region is None else approach.found.size,
+        _errors,
+    ),
     Field(
         "capture",
         "",
