@@ -13,7 +13,9 @@ from spiral_core import (
     FiberAngles,
     NeoHookean,
     Obstacle,
+    Plane,
     Rod,
+    RodLoad,
     RodProblem,
     Section,
     Tube,
@@ -31,6 +33,25 @@ SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
 ANGLES = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))
 
 
+def bar(radius, x, z, friction=0.0):
+    """Return a cylinder along y."""
+    return Obstacle.along(Cylinder(radius), (x, 0.0, z), (0.0, 1.0, 0.0), friction)
+
+
+def floor(z, friction=0.0, x=0.0):
+    return Obstacle(Plane(), (x, 0.0, z), friction=friction)
+
+
+def down(weight, pull=0.0):
+    """Return a weight per length, and a force at the tip, both along -z."""
+    return RodLoad((0.0, 0.0, -weight), (0.0, 0.0, -pull))
+
+
+def line(length, elements):
+    """Return a straight centerline along x."""
+    return np.linspace((0.0, 0.0, 0.0), (length, 0.0, 0.0), elements + 1)
+
+
 @cache
 def gripper():
     """Return the 70 degree gripper, hanging."""
@@ -45,8 +66,6 @@ def gripper():
 
 def rest_strain(stretch):
     """Return (torsion, 0, curvature) of the 70 degree gripper."""
-    if stretch == 1.0:
-        return (0.0, 0.0, 0.0)
     return (fiber_state(ANGLES, stretch).twist / INNER, 0.0, (stretch - 1.0) / INNER)
 
 
@@ -66,15 +85,9 @@ def curled(radius, fraction):
     return rest_strain(1.0 + fraction * (wrap_stretch(radius) - 1.0))
 
 
-def grip(
-    radius,
-    fraction,
-    friction=0.0,
-    shift=0.0,
-):
+def grip(radius, fraction, friction=0.0, shift=0.0):
     """Return the gripper tangent to a cylinder, which is shifted along its axis."""
     axis = np.array(curled(radius, 1.0))
-    place = np.array((0.0, radius + OUTER, 0.0)) + shift * axis / np.linalg.norm(axis)
-    obstacle = Obstacle.along(Cylinder(radius), (*place.tolist(),), (*axis.tolist(),), friction)
-    rod = Rod(LENGTH, SECTION, OUTER, curled(radius, fraction))
-    return RodProblem(rod, obstacles=(obstacle,))
+    obstacle = Obstacle.along(Cylinder(radius), (0.0, radius + OUTER, 0.0), axis, friction)
+    obstacle = obstacle.moved(shift * axis / np.linalg.norm(axis))
+    return RodProblem(Rod(LENGTH, SECTION, OUTER, curled(radius, fraction)), obstacles=(obstacle,))

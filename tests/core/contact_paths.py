@@ -8,17 +8,18 @@ from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from typing import Any
 
-from core.contact_cases import grip
+import numpy as np
+from core.contact_cases import bar, floor, grip
+from core.rod_cases import SIX
+from numpy.testing import assert_allclose
 
 from benchmarks.contact_paths import random_path
 from spiral_core import (
     Clamped,
-    Cylinder,
     Free,
     Guided,
     Obstacle,
     Pinned,
-    Plane,
     PointLoad,
     Rod,
     RodLoad,
@@ -29,23 +30,22 @@ from spiral_core import (
 from spiral_core.rod.contact.solve import follow_contact
 
 
+def agree(found, expected, within=1e-6):
+    """Check that two arrays are the same, to a part of the largest value."""
+    size = np.abs(expected).max(initial=1e-12)
+    assert_allclose(found, expected, rtol=0.0, atol=within * size)
+
+
 @dataclass(frozen=True)
 class Path:
-    """Stations, and how they are followed.
-
-    With friction the answer depends on the increments: these are so short that none is decided by
-    how many passes the one before took, which rounding may change.
-    """
+    """Stations, and on how many elements they are followed."""
 
     stations: list[RodProblem]
     elements: int = 60
-    largest_increment: float = 1.0
 
     def followed(self):
         """Return the states; nothing snaps."""
-        found = follow_contact(
-            self.stations, elements=self.elements, largest_increment=self.largest_increment
-        )
+        found = follow_contact(self.stations, elements=self.elements)
         assert not found.events
         return found.states
 
@@ -63,32 +63,19 @@ def pressed_down():
     """Return a rod pressed onto a bar, a ball and the floor, and pushed aside at its tip."""
     rod = Rod(0.5, Section((2e-4, 3e-4, 5e-4)), 3e-3, rest_strain=(1.0, 0.5, 2.0))
     obstacles = (
-        Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.05), (0.0, 1.0, 0.0), 0.3),
+        bar(0.03, 0.2, -0.05, 0.3),
         Obstacle(Sphere(0.02), (0.4, -0.012, -0.072), friction=0.2),
-        Obstacle(Plane(), (0.0, 0.0, -0.06), friction=0.4),
+        floor(-0.06, 0.4),
     )
-    loads = tuple(
-        PointLoad(at, (0.0, 0.0, -0.06), (0.0, 1e-4, 2e-4)) for at in (0.1, 0.25, 0.35, 0.45)
-    )
-
-    def pushed(push):
-        load = RodLoad(tip_force=(0.0, push, -0.02), tip_moment=(1e-4, 0.0, 0.0))
-        return RodProblem(rod, load, obstacles=obstacles, point_loads=loads)
-
-    return Path([pushed(push) for push in (0.0, 4e-3, 4.2e-3)], elements=50)
+    loads = [PointLoad(at, (0.0, 0.0, -0.06), (0.0, 1e-4, 2e-4)) for at in (0.1, 0.25, 0.35, 0.45)]
+    pushes = [
+        RodLoad((0.0, 0.0, 0.0), (0.0, y, -0.02), (1e-4, 0.0, 0.0)) for y in (0, 4e-3, 4.2e-3)
+    ]
+    given = {"obstacles": obstacles, "point_loads": (*loads,)}
+    return Path([RodProblem(rod, load, **given) for load in pushes], elements=50)
 
 
-# Every coupling of twist and both bendings, and it stretches.
-HELD = Rod(
-    0.4,
-    Section(
-        ((1.7e-4, 2e-5, 1e-5), (2e-5, 2.7e-4, 3e-5), (1e-5, 3e-5, 3.4e-4)),
-        extension=30.0,
-        shear=10.0,
-    ),
-    3e-3,
-    rest_strain=(3.0, -1.0, 4.0),
-)
+HELD = Rod(0.4, SIX, 3e-3, rest_strain=(3.0, -1.0, 4.0))
 HEAVY = RodLoad((0.05, 0.02, -0.4))
 LINE = (0.6, 0.0, 0.8)
 PLACE, TURN = (0.33, 0.02, 0.01), (0.0, 0.0, math.sin(0.15), math.cos(0.15))

@@ -48,7 +48,7 @@ def times(k, u):
 
 
 def energy_of(case, count):
-    """Return the energy of a rod without breaks on so many elements, of its orientations.
+    """Return the energy of a rod's orientations on so many elements, and these' compliance.
 
     Of an element it is W = h (u.Ku/2 - c.u) + h^2/12 u.(t x D) - h^3/24 G.K^-1 G.
     """
@@ -79,15 +79,9 @@ def energy_of(case, count):
         loads = h * middle[..., :1] + h**2 / 12.0 * np.diff(pull, axis=-2)
         return rest_energy + np.sum(elastic + lean - relaxed - loads, axis=(-1, -2))
 
-    return energy
+    return energy, soft
 
 
 def gradient(function, at):
     """Return the gradient of a function by the complex step: exact to rounding."""
     return np.imag(function(at + 1e-30j * np.eye(len(at)))) / 1e-30
-
-
-def hessian(function, at):
-    """Return the Hessian: differences (error 1e-10 or so) of exact gradients."""
-    near = 1e-5 * np.eye(len(at))
-    return np.array([gradient(function, at + e) - gradient(function, at - e) for e in near]) / 2e-5

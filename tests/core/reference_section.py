@@ -60,26 +60,22 @@ class BruteSection:
         Per unstretched length, in units of the wound fibers' radius.
         """
         guess = [1.0, 0.01 * bool(self.singles), math.tan(self.single_angle), 1.0]
-        scale = wall * 1.0e5
 
         def total(x):
             axial, mixed, hoop, volume = self.state(x)
             area, trace = axial * hoop - mixed * mixed, axial + hoop
             density = np.mean(energy(trace + 1.0 / area, area + trace / area))
-            return (wall * density - pressure * volume) / scale
+            return (density - pressure * volume / wall) / 1.0e5
 
         found = minimize(
-            lambda x: float(total(x)),
-            np.concatenate((np.zeros(POINTS), GRID, guess)),
-            jac=lambda x: gradient(total, x),
+            lambda x: float(total(x)), np.concatenate((np.zeros(POINTS), GRID, guess)),
+            jac=lambda x: gradient(total, x), method="SLSQP",
             constraints={
-                "type": "eq",
-                "fun": self.constraints,
+                "type": "eq", "fun": self.constraints,
                 "jac": lambda x: gradient(self.constraints, x),
             },
-            method="SLSQP",
             options={"maxiter": 400, "ftol": 1e-15},
-        )
+        )  # fmt: skip
         assert np.abs(self.constraints(found.x)).max() < 1e-9, found.message
         return found.x[2 * POINTS : -1]
 
@@ -92,15 +88,12 @@ DERIVATIVE = np.real(np.fft.ifft(1j * ORDERS[:, None] * np.fft.fft(np.eye(POINTS
 
 def screwed(points, shift, turn, velocity):
     """Return points moved along the tube: exp of the screw (turn, velocity)."""
-    square = np.sum(turn * turn) + 1e-24
-    rate = np.sqrt(square)
+    rate = np.sqrt(np.sum(turn * turn) + 1e-24)
     angle = rate * shift
-    sine = (np.sin(angle) / rate)[:, None]
-    cosine = ((1.0 - np.cos(angle)) / square)[:, None]
-    rise = ((angle - np.sin(angle)) / (square * rate))[:, None]
-    once, drift = np.cross(turn, points), np.cross(turn, velocity)
-    moved = points + sine * once + cosine * np.cross(turn, once)
-    return moved + shift[:, None] * velocity + cosine * drift + rise * np.cross(turn, drift)
+    speed = velocity + np.cross(turn, points)
+    across = np.cross(turn, speed)
+    parts = shift, (1.0 - np.cos(angle)) / rate**2, (angle - np.sin(angle)) / rate**3
+    return points + np.einsum("pn,pni->ni", parts, (speed, across, np.cross(turn, across)))
 
 
 def gradient(function, x):

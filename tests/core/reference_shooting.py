@@ -12,17 +12,13 @@ found by Newton's method so that the base comes out as the identity.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from core.rod_cases import Array, cross_matrix, profile, stiffness_at
+from core.rod_cases import stiffness_at, vectors_at
 from numpy.linalg import norm
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
-
-from spiral_core import RodLoad, RodProblem
 
 # Perturbation of the tip's rotation for the Jacobian [rad]. Small, because the base's rotation can
 # be a million times more sensitive than the tip's where the load presses the rod together.
@@ -31,58 +27,51 @@ PERTURBATION = 1e-8
 LONGEST_STEP = 0.3
 TANGENT = np.array([1.0, 0.0, 0.0])
 EPSILON = 1e-13
+CROSS = np.cross(np.eye(3)[:, None], np.eye(3))  # a @ (b @ CROSS) is a x b
 
 
-@dataclass(frozen=True)
-class Shape:
-    """What was integrated, at S sites from base to tip."""
+def integrated(case, tip, sites=()):
+    """Return the shape whose tip is turned so, at its ends and at sites between them.
 
-    positions: Array  # (S, 3), base frame, base at the origin
-    frames: Array  # (S, 3, 3)
-    moments: Array  # (S, 3), material frame
-    forces: Array  # (S, 3), base frame
+    Positions (S, 3), base frame, base at the origin; frames (S, 3, 3); moments (S, 3), material
+    frame; forces (S, 3), base frame.
+    """
+    rod, load = case.rod, case.load
 
-
-def integrated(case, tip, sites):
-    """Return the shape whose tip is turned so, at the base, the tip and sites between them."""
-    length, load = case.rod.length, case.load
-    rest, weight = profile(case.rod.rest_strain), profile(load.distributed)
-    section = case.rod.section
-    uniform = stiffness_at(section, np.zeros(1))[0]
-    stiffness = profile(partial(stiffness_at, section) if callable(section) else uniform)
-
-    def slope(s, y):
+    def slope(s, y, low, high):
+        at = np.clip([s], low, high)
         frame, m, n = y[3:12].reshape(3, 3), y[12:15], y[15:]
-        k, local = stiffness(s), frame.T @ n
+        k, local = stiffness_at(rod.section, at)[0], n @ frame
         strains = np.linalg.solve(k, np.concatenate((m, local))[: len(k)])
         v = TANGENT + (strains[3:] if len(k) == 6 else 0.0)
-        turn = cross_matrix(rest(s) + strains[:3])
-        bent = turn @ m + cross_matrix(v) @ local
-        return np.concatenate((frame @ v, (frame @ turn).ravel(), -bent, -weight(s)))
+        turn = (vectors_at(rod.rest_strain, at)[0] + strains[:3]) @ CROSS
+        weight = vectors_at(load.distributed, at)[0]
+        bent = m @ turn + local @ (v @ CROSS)
+        return np.concatenate((frame @ v, (frame @ turn).ravel(), bent, -weight))
 
     frame = tip.as_matrix()
     y = np.concatenate((np.zeros(3), frame.ravel(), frame.T @ load.tip_moment, load.tip_force))
-    found = {length: y}
-    for high, low in pairwise((length, *case.rod.breaks[::-1], 0.0)):
-        ends = low + EPSILON, high - EPSILON
+    found = {rod.length: y}
+    for high, low in pairwise((rod.length, *rod.breaks[::-1], 0.0)):
         # A profile that jumps at an end is asked just inside of it.
+        ends = low + EPSILON, high - EPSILON
+        places = [*(s for s in sites[::-1] if ends[0] < s < ends[1]), low]
         solution = solve_ivp(
-            lambda s, y, ends=ends: slope(min(max(s, ends[0]), ends[1]), y),
-            (high, low), y, method="DOP853", rtol=1e-11, atol=1e-13,
-            t_eval=[*(s for s in sites[::-1] if ends[0] < s < ends[1]), low],
-        )  # fmt: skip
+            slope, (high, low), y, "DOP853", places, args=ends, rtol=1e-11, atol=1e-13
+        )
         y = solution.y[:, -1]
         found |= zip(solution.t, solution.y.T, strict=True)
-    states = np.array([found[s] for s in sorted(found)])
-    frames = states[:, 3:12].reshape(-1, 3, 3)
-    return Shape(states[:, :3] - states[0, :3], frames, states[:, 12:15], states[:, 15:])
+    p, frames, moments, forces = np.split(
+        np.array([found[s] for s in sorted(found)]), (3, 12, 15), 1
+    )
+    return p - p[0], frames.reshape(-1, 3, 3), moments, forces
 
 
 def shoot(case, tip):
     """Return the rotation of the tip, next to a guess, that leaves the base as it is clamped."""
 
     def base(turn):
-        frames = integrated(case, tip * Rotation.from_rotvec(turn), np.zeros(0)).frames
+        frames = integrated(case, tip * Rotation.from_rotvec(turn))[1]
         return Rotation.from_matrix(frames[0]).as_rotvec()
 
     for _ in range(30):
@@ -93,16 +82,3 @@ def shoot(case, tip):
         step = np.linalg.solve(np.transpose(slopes), -PERTURBATION * miss)
         tip *= Rotation.from_rotvec(step * min(1.0, LONGEST_STEP / norm(step)))
     raise ArithmeticError(f"off by {miss}")
-
-
-def shoot_from_rest(case, steps):
-    """Return the tip's rotation as the load grows from nothing on a uniform rod.
-
-    Needs no solution by anybody else; the load must be moderate, and the rod uniform.
-    """
-    tip = Rotation.from_rotvec(np.multiply(case.rod.length, case.rod.rest_strain))
-    given = case.load.distributed, case.load.tip_force, case.load.tip_moment
-    for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]:
-        load = RodLoad(*(tuple((fraction * np.array(vector)).tolist()) for vector in given))
-        tip = shoot(RodProblem(case.rod, load), tip)
-    return tip

@@ -3,55 +3,46 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from functools import partial
-
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from spiral_core import Rod, RodLoad, RodProblem, Section
 
-Array = np.ndarray
-INNER_RADIUS = 4.7625e-3
-OUTER_RADIUS = INNER_RADIUS + 0.794e-3
-AREA = math.pi * (OUTER_RADIUS**2 - INNER_RADIUS**2)
-SECOND_MOMENT = math.pi / 4.0 * (OUTER_RADIUS**4 - INNER_RADIUS**4)
-WEIGHT = 950.0 * 9.80665 * AREA  # [N/m], of the paper's tube: 0.24
+# Of the paper's tube [m^4], [N/m].
+SECOND_MOMENT, WEIGHT = 3.44633e-10, 0.239802
 
 
 def gripper_rod(
-    length=0.36,
-    modulus=0.78e6,
-    curvature=21.0,
-    torsion=-13.5,
-    gravity=(1.0, 0.0, 0.0),
-    tip_force=(0.0, 0.0, 0.0),
-    tip_moment=(0.0, 0.0, 0.0),
+    length=0.36, modulus=0.78e6, curvature=21.0, torsion=-13.5, gravity=(1.0, 0.0, 0.0), **loads
 ):
     """Return a rod of the paper's tube; ``gravity`` is in units of standard gravity."""
-    rod = Rod(
-        length,
-        Section.inextensible(modulus * SECOND_MOMENT, modulus / 3.0 * 2.0 * SECOND_MOMENT),
-        rest_strain=(torsion, 0.0, curvature),
-    )
-    x, y, z = (WEIGHT * g for g in gravity)
-    return RodProblem(rod, RodLoad((x, y, z), tip_force, tip_moment))
+    bending = modulus * SECOND_MOMENT
+    section = Section.inextensible(bending, 2.0 / 3.0 * bending)
+    rod = Rod(length, section, rest_strain=(torsion, 0.0, curvature))
+    return RodProblem(rod, RodLoad(np.multiply(WEIGHT, gravity), **loads))
 
 
 def random_direction(rng):
     """Return a unit vector, all directions alike."""
     v = rng.normal(size=3)
-    x, y, z = (v / np.linalg.norm(v)).tolist()
-    return (x, y, z)
+    return v / np.linalg.norm(v)
+
+
+def drawn(rng, least, most, **given):
+    """Return a rod of a curvature, length, modulus and torsion over curvature in these ranges."""
+    curvature, length, modulus, ratio = rng.uniform(least, most)
+    given = {"gravity": random_direction(rng)} | given
+    return gripper_rod(length, modulus, curvature, ratio * curvature, **given)
 
 
 STRAIGHT = Rod(0.5, Section.inextensible(2.0e-4, 1.3e-4))
 # A full stiffness: of a rod as soft in stretch as coils and bellows are.
-BENDING = np.array(((3e-4, 2e-5, -1e-5), (2e-5, 2e-4, 3e-5), (-1e-5, 3e-5, 4e-4)))
-STRETCH = np.array(((1.0, 0.05, -0.1), (0.05, 0.5, 0.04), (-0.1, 0.04, 0.8)))
-BETWEEN = np.array(((8, 2, -3), (2, -3, 4), (-5, 2, 3))) * 1e-3
-SIX = Section(np.block([[BENDING, BETWEEN], [BETWEEN.T, STRETCH]]))
+ROOTS, MIXED = (
+    np.sqrt((3e-4, 2e-4, 4e-4, 1.0, 0.5, 0.8)),
+    0.1 * np.sin(np.arange(36.0).reshape(6, 6)),
+)
+SIX = Section(np.outer(ROOTS, ROOTS) * (np.eye(6) + MIXED + MIXED.T))
 # Twist and bending coupled as much as they may be, and two unlike bendings.
 COUPLED = Section.inextensible(bending=6.0e-4, torsional=5.0e-4, sideways=2.0e-4, coupling=4.0e-4)
 HELICAL = Rod(0.36, COUPLED, rest_strain=(-9.0, 0.0, 18.0))
@@ -93,7 +84,6 @@ RODS = {
     "upright": gripper_rod(gravity=(-1.0, 0.0, 0.0)),
     "straight": RodProblem(STRAIGHT, RodLoad((0.0, 0.02, -0.01), (1e-3, 2e-3, 0.0))),
     "soft in torsion": RodProblem(round_rod(0.1), RodLoad((0.1, 0.1, 0.0))),
-    "tip force": gripper_rod(gravity=(0.0, 0.0, 0.0), tip_force=(0.03, -0.04, 0.05)),
     "tip moment": gripper_rod(tip_moment=(5e-4, 1e-3, -2.5e-4)),
     "weight and force": gripper_rod(
         length=0.5, gravity=(0.3, -0.8, 0.52), tip_force=(0.02, 0.01, 0.0)
@@ -117,18 +107,6 @@ def vectors_at(given, sites):
     return given(sites) if callable(given) else np.tile(given, (len(sites), 1))
 
 
-def profile(given):
-    """Return a function of one place for what is constant or a function of places."""
-    constant = None if callable(given) else np.array(given)
-    return lambda s: given(np.array([s]))[0] if constant is None else constant
-
-
-def cross_matrix(v):
-    """Return the matrix of a -> v x a."""
-    x, y, z = v
-    return np.array(((0.0, -z, y), (z, 0.0, -x), (-y, x, 0.0)))
-
-
 def stiffness_at(section, sites):
     """Return a section's matrices at sites, (n, 3, 3) or (n, 6, 6)."""
     given = section(sites) if callable(section) else np.tile(section.stiffness, (len(sites), 1, 1))
@@ -137,62 +115,47 @@ def stiffness_at(section, sites):
     return given[:, :, None] * np.eye(3) if given.ndim == 2 else given
 
 
-@dataclass(frozen=True)
-class Image:
-    """Other base axes and units: places become ``scale`` times ``turn`` times places."""
+def remade(rod, ratio, stiffness, strain, varied=False):
+    """Return a rod so many times as long, with these functions of what it has at each fraction.
 
-    turn: Array
-    scale: float = 1.0
-    stiffer: float = 1.0
-    varied: bool = False  # whether constants are functions
+    What is constant is so again, unless it is to be a function.
+    """
 
-    @property
-    def axial(self):
-        """What strains and moments are turned by."""
-        return np.linalg.det(self.turn) * self.turn
+    def section(s):
+        return stiffness(stiffness_at(rod.section, s / ratio))
 
-    def of(self, case):
-        """Return the image of a rod, its stiffness times ``stiffer``, under the image of a load."""
-        rod, load, a = case.rod, case.load, self.scale
-        rest, weight = rod.rest_strain, load.distributed
-        if self.varied:
-            rest, weight = (partial(vectors_at, given) for given in (rest, weight))
-        force = self.stiffer / a**2 * self.turn
+    def rest(s):
+        return strain(vectors_at(rod.rest_strain, s / ratio))
 
-        def vectors(given, by):
-            if callable(given):
-                return lambda s: vectors_at(given, s / a) @ by.T
-            return tuple((by @ given).tolist())
+    length, *breaks = ratio * np.array((rod.length, *rod.breaks))
+    if not (varied or callable(rod.section)):
+        section, rest = Section(section(np.zeros(1))[0]), rest(np.zeros(1))[0]
+    return Rod(length, section, rod.radius, rest, breaks=(*breaks,))
 
-        def section(sites):
-            full = stiffness_at(rod.section, sites / a)
-            both = np.zeros((6, 6))
-            both[:3, :3], both[3:, 3:] = self.axial, self.turn / a
-            both = both[: full.shape[1], : full.shape[1]]
-            turned = self.stiffer * both @ full @ both.T
-            return np.where(np.abs(turned) < 1e-14 * np.abs(full).max(), 0.0, turned)
 
-        return RodProblem(
-            Rod(
-                a * rod.length,
-                section
-                if callable(rod.section) or self.varied
-                else Section(section(np.zeros(1))[0]),
-                rest_strain=vectors(rest, self.axial / a),
-                breaks=tuple(a * at for at in rod.breaks),
-            ),
-            RodLoad(
-                vectors(weight, force / a),
-                vectors(load.tip_force, force),
-                vectors(load.tip_moment, self.stiffer / a * self.axial),
-            ),
-        )
+def image(problem, turn, size=1.0, varied=False):
+    """Return a problem with its places turned and so many times as far, without functions in loads.
+
+    Its stiffness is size^4 times as large against bending, and its forces are size^2.
+    """
+    axial, load = np.linalg.det(turn) * turn, problem.load
+
+    def stiffness(given):
+        both = block_diag(size**2 * axial, size * turn)[: given.shape[1], : given.shape[1]]
+        return (both @ given @ both.T).round(18)
+
+    loads = size * turn, size**2 * turn, size**3 * axial
+    given = load.distributed, load.tip_force, load.tip_moment
+    return RodProblem(
+        remade(problem.rod, size, stiffness, lambda u: u @ axial.T / size, varied),
+        RodLoad(*map(np.matmul, loads, given)),
+    )
 
 
 IMAGES = {
-    "as functions": Image(np.eye(3), varied=True),
-    "mirrored": Image(np.diag((1.0, 1.0, -1.0))),
-    "rolled": Image(Rotation.from_rotvec((0.4, 0.0, 0.0)).as_matrix()),
-    "rolled far": Image(Rotation.from_rotvec((2.9, 0.0, 0.0)).as_matrix()),
-    "larger": Image(np.eye(3), scale=2.5, stiffer=12.0),
+    "as functions": (np.eye(3), 1.0, True),
+    "mirrored": (np.diag((1.0, 1.0, -1.0)),),
+    "rolled": (Rotation.from_rotvec((0.4, 0.0, 0.0)).as_matrix(),),
+    "rolled far": (Rotation.from_rotvec((2.9, 0.0, 0.0)).as_matrix(),),
+    "larger": (np.eye(3), 2.5),
 }

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -22,7 +23,6 @@ from spiral_core.wrap.helix import Helix
 from spiral_core.wrap.wrap import wrapped_radius
 
 LENGTH = 0.5
-TURN = math.tau / math.hypot(21.0, 13.5)
 
 
 def helix_state(torsion, curvature=21.0):
@@ -36,55 +36,53 @@ def weighed(torsion=-13.5, z=0.81, elements=60):
     return solve_rod(case, elements=elements, estimate_error=False)
 
 
-def coil_axis(state, axis, turn):
+def coil_axis(state, turn):
     """Return the axis of the cylinder that a shape fits, whose free coil turns once in a length."""
-    shape = UnloadedShape(math.tau / turn, 0.0, LENGTH)
-    return wrapped_radius(linear_gripper(object_axis=axis), shape, state)[1]
+    return wrapped_radius(linear_gripper(), UnloadedShape(math.tau / turn, 0.0, LENGTH), state)[1]
 
 
-@pytest.mark.parametrize("curvature", [1e-6, 1e-3, 1.0, 21.0, 60.0])
-@pytest.mark.parametrize("torsion", [-30.0, -2.0, 0.1, 25.0])
+@pytest.mark.parametrize(
+    ("torsion", "curvature"), [*product((-30.0, -2.0, 0.1, 25.0), (1e-6, 1e-3, 1.0, 21.0, 60.0))]
+)
 def test_a_helix_is_its_own_coil(torsion, curvature):
     """Along its axis the tangents vary least: the smallest of eigenvalues many decades apart."""
-    rate = math.hypot(torsion, curvature)
+    rate, helix = math.hypot(torsion, curvature), Helix(curvature, torsion)
     if LENGTH * rate < math.tau:
         return  # less than a turn has no axis
     state = helix_state(torsion, curvature)
-    axis = coil_axis(state, None, math.tau / rate)
+    axis = coil_axis(state, math.tau / rate)
     expected = np.array((torsion, 0.0, curvature)) / math.copysign(rate, torsion)
     assert_allclose(axis, expected, atol=1e-6 if curvature < 1.0 else 1e-7)
     if curvature < 1.0:
         return
     coil = coil_from_state(state, axis)
-    assert coil.helix_angle == pytest.approx(math.atan2(curvature, abs(torsion)), abs=1e-7)
-    assert coil.total_turns == pytest.approx(LENGTH * rate / math.tau, rel=1e-7)
     turns = 0.6 * coil.total_turns
+    assert coil.helix_angle == pytest.approx(helix.helix_angle, abs=1e-7)
+    assert turns == pytest.approx(helix.turns(0.6 * LENGTH), rel=1e-7)
     assert coil.length_for_turns(turns) == pytest.approx(0.6 * LENGTH, rel=1e-6)
-    advance = 0.6 * LENGTH * abs(torsion) / rate
-    assert coil.advance_for_turns(turns) == pytest.approx(advance, rel=1e-5)
+    assert coil.advance_for_turns(turns) == pytest.approx(helix.object_length(turns), rel=1e-5)
     assert coil.length_for_turns(0.0) == 0.0
 
 
 def test_a_fitted_axis_turns_with_the_shape_and_not_with_the_elements():
-    axes, turns = [], []
-    for state in (weighed(), weighed(elements=240), weighed(torsion=13.5, z=-0.81)):
-        axes.append(coil_axis(state, None, TURN))
-        turns.append(coil_from_state(state, axes[-1]).total_turns)
+    states = weighed(), weighed(elements=240), weighed(torsion=13.5, z=-0.81)
+    axes = [coil_axis(state, math.tau / math.hypot(21.0, 13.5)) for state in states]
+    coils = map(coil_from_state, states, axes)
+    turns, finer, mirrored = (coil.total_turns for coil in coils)
     # The element in which the coil begins is cut by a straight line: 0.003 of a turn at N = 60.
-    assert turns[0] == pytest.approx(turns[1], abs=5e-3)
-    assert_allclose(np.array(axes[0]) * (1.0, 1.0, -1.0), axes[2], atol=1e-7)
-    assert turns[0] == pytest.approx(turns[2], rel=1e-7)
+    assert turns == pytest.approx(finer, abs=5e-3)
+    assert_allclose(np.multiply(axes[0], (1.0, 1.0, -1.0)), axes[2], atol=1e-7)
+    assert turns == pytest.approx(mirrored, rel=1e-7)
 
 
 def test_turns_are_continuous_where_the_tangent_passes_the_axis():
     """A base that swings through the axis by 1e-6 rad must not gain a turn."""
     state = helix_state(13.5)
     tangent = state.tangents[3]
-    across = np.cross(tangent, np.cross(tangent, (0.0, 0.0, 1.0)))
-    turns = []
+    across, turns = np.cross(tangent, np.cross(tangent, (0.0, 0.0, 1.0))), []
     for swing in (-1e-6, 1e-6):
-        axis = Rotation.from_rotvec(swing * across).apply(np.array(tangent))
-        turns.append(coil_from_state(state, tuple((axis / np.linalg.norm(axis)).tolist())).turns)
+        axis = Rotation.from_rotvec(swing * across).apply(tangent)
+        turns.append(coil_from_state(state, axis / np.linalg.norm(axis)).turns)
     assert_allclose(*turns, atol=1e-4)
 
 

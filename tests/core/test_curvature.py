@@ -4,6 +4,7 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from core.actuator_cases import PAPER_TUBE, actuator, extending_pairs, repeatable
 from hypothesis import assume, given
@@ -47,15 +48,14 @@ def test_shapes_follow_from_stretch_twist_and_the_straight_fiber(fibers, fractio
 
 
 def test_forms_coil_left_handed_and_differ_at_working_stretch_as_documented():
-    first, exact = (
-        unloaded_shape_from_stretch(actuator(curvature_form=form), 1.1) for form in CurvatureForm
-    )
-    assert first.torsion < 0.0
-    coil, exact_coil = (Helix(shape.curvature, shape.torsion) for shape in (first, exact))
-    turns = coil.turns(first.backbone_length), exact_coil.turns(exact.backbone_length)
-    assert round(100.0 * (exact.curvature / first.curvature - 1.0)) == -7
-    assert round(100.0 * (exact_coil.radius / coil.radius - 1.0)) == 9
-    assert round(1000.0 * (turns[1] / turns[0] - 1.0)) == 15
+    rows = []
+    for form in CurvatureForm:
+        shape = unloaded_shape_from_stretch(actuator(curvature_form=form), 1.1)
+        coil = Helix(shape.curvature, shape.torsion)
+        rows.append((shape.curvature, coil.radius, coil.turns(shape.backbone_length)))
+        assert shape.torsion < 0.0
+    first, exact = rows
+    assert 100.0 * np.divide(exact, first) == pytest.approx((93.0, 109.0, 101.5), abs=0.5)
 
 
 @pytest.mark.parametrize("beta", [-70.0, 10.0, 89.0])

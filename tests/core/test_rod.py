@@ -6,21 +6,20 @@ from __future__ import annotations
 import math
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields, replace
+from itertools import product
 from multiprocessing import get_context
 
 import numpy as np
 import pytest
+from core.contact_cases import bar, down, floor, line
 from core.rod_cases import COUPLED, HELICAL, STRAIGHT, gripper_rod, round_rod
 from numpy.linalg import norm
 
 from spiral_core import (
     Clamped,
-    Cylinder,
     Free,
     InvalidInputError,
-    Obstacle,
     Pinned,
-    Plane,
     PointLoad,
     Rod,
     RodElement,
@@ -37,77 +36,74 @@ LOAD = RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))
 
 
 def test_results_are_bit_identical_in_one_process_and_in_two():
-    rod = Rod(0.5, Section.inextensible(2.5e-4, 1.7e-4), rest_strain=(-21.0, 0.0, 31.0))
-    load = RodLoad((0.1, -0.2, 0.05), (0.0, 0.01, 0.0))
+    rod = Rod(0.5, COUPLED, rest_strain=(-21.0, 0.0, 31.0))
     with ProcessPoolExecutor(1, get_context("spawn")) as pool:
-        other = pool.submit(solve_rod, rod, load).result()
-    for state in (solve_rod(rod, load), solve_rod(rod, load)):
-        for each in (one for one in fields(state) if not one.name.startswith("_")):
-            np.testing.assert_array_equal(getattr(state, each.name), getattr(other, each.name))
+        other = pool.submit(solve_rod, rod, LOAD).result()
+    for state in (solve_rod(rod, LOAD), solve_rod(rod, LOAD)):
+        for each in (one.name for one in fields(state) if not one.name.startswith("_")):
+            np.testing.assert_array_equal(getattr(state, each), getattr(other, each))
 
 
-MIXED_CASES = {
-    "obstacle": {"obstacles": (Obstacle(Plane(), position=(0.0, 0.0, -0.2)),)},
-    "held tip": {"tip": Pinned((0.3, 0.0, 0.0))},
-    "clamped elsewhere": {"base": Clamped((0.1, 0.0, 0.0))},
-    "point load": {"point_loads": (PointLoad(0.1, force=(0.0, 0.0, 0.01)),)},
-    "stretch": {"section": Section(COUPLED.stiffness, extension=100.0)},
-    "shear": {"section": Section(COUPLED.stiffness, shear=100.0)},
-    "coupled otherwise": {"section": Section(((5e-4, 1e-4, 0), (1e-4, 4e-4, 0), (0, 0, 4e-4)))},
-    "varying 6x6": {
-        "section": lambda s: np.tile(np.diag((5e-4, 4e-4, 4e-4, 90.0, 40.0, 40.0)), (len(s), 1, 1))
-    },
-    "radius": {"radius": 1e-3},
-    "centerline": {"start": np.linspace((0.0, 0.0, 0.0), (0.36, 0.0, 0.0), 41).tolist()},
-}
-
-
-@pytest.mark.parametrize("case", MIXED_CASES)
-def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(case):
-    given = dict(MIXED_CASES[case])
-    kind = {name: given.pop(name) for name in ("section", "radius") if name in given}
-    rod, load = replace(HELICAL, **kind), RodLoad((0.0, 0.02, 0.0))
-    state = solve_rod(rod, load, elements=40, **given)
-    assert state.stable
-    assert state.element is RodElement.MIXED
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"obstacles": (floor(-0.2),)},
+        {"tip": Pinned((0.3, 0.0, 0.0))},
+        {"base": Clamped((0.1, 0.0, 0.0))},
+        {"point_loads": (PointLoad(0.1, force=(0.0, 0.0, 0.01)),)},
+        {"start": line(0.36, 40)},
+        {"rod": replace(HELICAL, radius=1e-3)},
+        *(
+            {"rod": replace(HELICAL, section=section)}
+            for section in (
+                Section(COUPLED.stiffness, extension=100.0),
+                Section(COUPLED.stiffness, shear=100.0),
+                Section(((5e-4, 1e-4, 0), (1e-4, 4e-4, 0), (0, 0, 4e-4))),
+                lambda s: np.tile(np.diag((5e-4, 4e-4, 4e-4, 90.0, 40.0, 40.0)), (len(s), 1, 1)),
+            )
+        ),
+    ],
+)
+def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(given):
+    given = {"rod": HELICAL, "load": RodLoad((0.0, 0.02, 0.0)), "start": None} | given
+    start = given.pop("start")
+    assert solve_rod(RodProblem(**given), elements=40, start=start).element is RodElement.MIXED
     with pytest.raises(InvalidInputError, match="element"):
-        solve_rod(rod, load, elements=40, element=RodElement.INEXTENSIBLE, **given)
+        solve_rod(RodProblem(**given), start=start, element=RodElement.INEXTENSIBLE)
 
 
-def test_sections_are_compared_and_scaled_as_a_whole():
-    scaled = Section.inextensible(3e-4, 2e-4, sideways=1e-4, coupling=-1e-4).scaled(4.0)
-    assert scaled == Section.inextensible(12e-4, 8e-4, sideways=4e-4, coupling=-4e-4)
-    assert Section(np.eye(6)) == Section(tuple(map(tuple, np.eye(6).tolist())))
-
-
-@pytest.mark.parametrize("scale", [1.0, 0.7, 3.3])
 @pytest.mark.parametrize("parts", [2, 3, 6])
-def test_equal_pieces_have_equally_many_elements(scale, parts):
+def test_equal_pieces_have_equally_many_elements(parts):
     """Whatever rounding makes of their lengths."""
-    ends = [0.4 * scale * k / parts for k in range(1, parts)]
-    rod = Rod(0.4 * scale, Section.inextensible(1.0, 1.0), breaks=tuple(ends))
-    arcs = solve_rod(rod).arc_lengths
-    nodes = [int(np.abs(arcs - at).argmin()) for at in (0.0, *ends, rod.length)]
-    assert len(set(np.diff(nodes))) == 1
+    for length in (0.4, 0.28, 1.32):
+        ends = [length * k / parts for k in range(parts + 1)]
+        state = solve_rod(Rod(length, COUPLED, breaks=(*ends[1:-1],)))
+        nodes = np.abs(state.arc_lengths - np.transpose([ends])).argmin(axis=1)
+        assert len({*np.diff(nodes)}) == 1
 
 
 @pytest.mark.parametrize(
     "profile",
     [
-        lambda s: 3e-4 * (1.0 + np.abs(s - 0.1234)),
-        lambda s: 3e-4 * (1.5 + np.tanh((s - 0.15) / 0.01)),
-        lambda s: 3e-4 * (1.0 + 0.5 * np.sin(60.0 * s)),
+        lambda s: 1.0 + np.abs(s - 0.1234),
+        lambda s: 1.5 + np.tanh((s - 0.15) / 0.01),
+        lambda s: 1.0 + 0.5 * np.sin(60.0 * s),
     ],
 )
 def test_kinks_and_steep_slopes_are_not_jumps(profile):
-    rod = Rod(0.3, Section.varying(profile, 2e-4), rest_strain=(-5.0, 0.0, 10.0))
-    state, exact = solve_rod(rod, LOAD), solve_rod(rod, LOAD, elements=2400)
+    section = Section.varying(lambda s: 3e-4 * profile(s), 2e-4)
+    rod = Rod(0.3, section, rest_strain=(-5.0, 0.0, 10.0))
+    assert_estimated(*(solve_rod(rod, LOAD, elements=n) for n in (None, 2400)), 3.0)
+
+
+def assert_estimated(state, exact, within):
+    """Check a state's error, next to a state on many elements, against its estimate."""
     error = norm(state.tip_position - exact.tip_position)
-    assert error < 3.0 * state.discretization_error + 1e-9
+    assert error < within * state.discretization_error + 1e-9
+    return error
 
 
-@pytest.mark.parametrize("elements", [2, 3, 5, 8])
-@pytest.mark.parametrize("turned", [0.5, 3.0, 8.0, 20.0])
+@pytest.mark.parametrize(("elements", "turned"), [*product((2, 3, 5, 8), (0.5, 3.0, 8.0, 20.0))])
 def test_few_elements_are_honest(elements, turned):
     """Refused where an element turns too far, else an estimate that holds."""
     case = gripper_rod(curvature=turned / 0.36, torsion=0.4 * turned / 0.36)
@@ -119,9 +115,8 @@ def test_few_elements_are_honest(elements, turned):
     if state.status is RodStatus.UNRESOLVED:
         assert turned / elements > 0.9
         return
-    exact = solve_rod(case, elements=240, start=state)
-    error = norm(state.tip_position - exact.tip_position)
-    assert error < 1.5 * state.discretization_error < 15.0 * max(error, 1e-6)
+    error = assert_estimated(state, solve_rod(case, elements=240, start=state), 1.5)
+    assert state.discretization_error < 10.0 * max(error, 1e-6)
 
 
 @pytest.mark.parametrize("ratio", [1e-3, 0.1, 10.0, 1000.0])
@@ -135,46 +130,44 @@ def test_any_torsional_stiffness_has_the_elements_it_needs(ratio):
     assert norm(state.tip_position - exact.tip_position) < 5e-5 * rod.length
     bending, torsional = rod.section.bending, rod.section.torsional
     for sideways, coupling in ((1.0 + 1e-12, 0.0), (1.0, 1e-12), (1.003, 0.0)):
-        section = Section.inextensible(
-            bending, torsional, bending * sideways, coupling * min(torsional, bending)
-        )
+        couples = coupling * min(torsional, bending)
+        section = Section.inextensible(bending, torsional, bending * sideways, couples)
         other = solve_rod(replace(rod, section=section), load)
         assert len(other.arc_lengths) - 1 == pytest.approx(count, abs=2)
 
 
 TUBE = Rod(0.4, Section((2e-4, 3e-4, 3e-4)), 3e-3)
-INSIDE = Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.03), (0.0, 1.0, 0.0))
+
+
+def over_bar(z, load):
+    """Return a tube and a bar across it at this height."""
+    return RodProblem(TUBE, load, obstacles=(bar(0.03, 0.2, z),))
+
+
 NO_ANSWERS = [
     (RodStatus.NOT_FINITE, 10, RodProblem(STRAIGHT, RodLoad(tip_force=(0.0, 1e300, 0.0)))),
+    (None, 20, over_bar(-0.5, RodLoad(tip_force=(0.0, 1e200, 0.0)))),  # it overflows
     # Twisting a straight rod past its limit: no certificate, and the figures say so.
     (None, 40, RodProblem(STRAIGHT, RodLoad(tip_moment=(5e-3, 0.0, 0.0)))),
     (RodStatus.UNRESOLVED, 3, RodProblem(STRAIGHT, RodLoad(tip_force=(-1.0, 0.01, 0.0)))),
-    (RodStatus.INSIDE_OBSTACLE, None, RodProblem(TUBE, obstacles=(INSIDE,))),
-    (RodStatus.NOT_HELD, None, RodProblem(TUBE, RodLoad((0.0, 0.0, -1.0)), base=Free())),
+    (RodStatus.INSIDE_OBSTACLE, None, over_bar(-0.03, RodLoad())),
+    (RodStatus.NOT_HELD, None, RodProblem(TUBE, down(1.0), base=Free())),
     (RodStatus.SELF_CONTACT, None, RodProblem(replace(TUBE, rest_strain=(0.0, 0.0, 120.0)))),
 ]
 
 
-def test_an_overflow_is_no_small_residual():
-    far = Obstacle.along(Cylinder(0.03), (0.2, 0.0, -0.5), (0.0, 1.0, 0.0))
-    problem = RodProblem(TUBE, RodLoad(tip_force=(0.0, 1e200, 0.0)), obstacles=(far,))
-    with np.errstate(all="ignore"):
-        state = solve_rod(problem, elements=20, throw=False)
-    assert np.isnan(state.residual)
-    assert not state.stable
-
-
+@pytest.mark.filterwarnings("ignore:.*encountered:RuntimeWarning")
 @pytest.mark.parametrize(("status", "elements", "problem"), NO_ANSWERS)
 def test_what_has_no_answer_has_a_status_that_says_why(status, elements, problem):
+    """An overflow is no small residual."""
     state = solve_rod(problem, elements=elements, throw=False)
     assert state.status is (status or state.status)
     assert state.status is not RodStatus.CONVERGED
-    assert not state.stable
+    assert not (state.residual < 1.0 and np.max(problem.load.tip_force) >= 1e200)
     with pytest.raises(SolverError) as caught:
         solve_rod(problem, elements=elements)
     assert (caught.value.status, caught.value.iterations) == (state.status, state.iterations)
     assert state.status.value in str(caught.value)
-    assert isinstance(caught.value.residual, float)
     if state.element is RodElement.MIXED:  # what is no answer is no start either
         with pytest.raises(InvalidInputError, match="start"):
             follow_rod([problem], start=state)

@@ -28,40 +28,38 @@ COUNT = 90
 
 def ramp(case):
     """Return the rod with its rest strain growing from nothing."""
-    whole = np.array(case.rod.rest_strain)
-    shares = np.linspace(0.0, 1.0, STATIONS)
-    return [replace(case.rod, rest_strain=tuple((x * whole).tolist())) for x in shares]
+    shares = np.linspace(0.0, 1.0, STATIONS)[:, None]
+    return [replace(case.rod, rest_strain=each) for each in shares * case.rod.rest_strain]
 
 
 def test_a_fold_is_located_releases_energy_and_leaves_two_states():
-    rods, load = ramp(SNAPPING), SNAPPING.load
+    rods, load, near = ramp(SNAPPING), SNAPPING.load, 0.01 * SNAPPING.rod.length
     path = follow_path(rods, load, elements=COUNT)
-    (fold,) = path.events
+    (fold,), last = path.events, path.states[-1]
     assert all(state.stable for state in path.states)
     assert fold.before.energy > fold.after.energy
-    jump = norm(fold.after.tip_position - fold.before.tip_position)
-    assert jump > 0.01 * SNAPPING.rod.length
+    assert norm(fold.after.tip_position - fold.before.tip_position) > near
     # The branch's last pivot is small where it ends, and the next one stands firm.
     assert fold.before.smallest_pivot < 0.2 * fold.after.smallest_pivot
     at = int(fold.position)
-    assert sum(state.folds for state in path.states) == path.states[at + 1].folds == 1
+    behind = path.states[at + 1]
+    assert sum(state.folds for state in path.states) == behind.folds == fold.after.folds == 1
     # Behind the fold the path goes on to the station.
-    there = solve_rod(rods[at + 1], load, elements=COUNT, start=path.states[at + 1])
-    assert there.iterations == 0
+    assert solve_rod(rods[at + 1], load, elements=COUNT, start=behind).iterations == 0
     # The loading path passes the same fold; from its end nothing snaps.
     alone = solve_rod(rods[-1], load, elements=COUNT)
     assert alone.folds == 1
-    assert path.states[-1].energy == pytest.approx(alone.energy, rel=1e-6)
+    assert last.energy == pytest.approx(alone.energy, rel=1e-6)
     assert solve_rod(rods[-1], load, start=alone).folds == 0
     # On the way back it holds on for longer: between the folds there are two stable states.
-    down = follow_path(rods[::-1], load, elements=COUNT, start=path.states[-1])
+    down = follow_path(rods[::-1], load, elements=COUNT, start=last)
     assert all(STATIONS - 1 - other.position < fold.position for other in down.events)
     states = find_equilibria(rods[at], load, starts=24, elements=COUNT)
     assert len(states) >= 2
     for a, b in pairwise(states):
         assert a.stable
         assert a.energy <= b.energy
-        assert np.abs(a.positions - b.positions).max() > 1e-4 * SNAPPING.rod.length
+        assert np.abs(a.positions - b.positions).max() > 0.01 * near
 
 
 def test_a_fold_between_stations_close_together_is_left_too():
@@ -71,7 +69,7 @@ def test_a_fold_between_stations_close_together_is_left_too():
     section = Section.inextensible(2.998307564873586e-4, 1.9988717099157243e-4)
     start = None
     for _ in range(2):
-        rods = [Rod(0.5, section, rest_strain=tuple(strain)) for strain in ends.tolist()]
+        rods = [Rod(0.5, section, rest_strain=strain) for strain in ends]
         path = follow_path(rods, load, elements=176, start=start)
         (fold,) = path.events
         start = fold.before
@@ -83,18 +81,16 @@ def test_a_fold_between_stations_close_together_is_left_too():
 
 
 def test_a_path_without_a_fold_runs_both_ways_through_the_same_states():
-    plain = gripper_rod()
-    rods = ramp(plain)
-    there = follow_path(rods, plain.load, elements=40)
-    home = follow_path(rods[::-1], plain.load, elements=40, start=there.states[-1])
+    rods, load = ramp(gripper_rod()), gripper_rod().load
+    there = follow_path(rods, load, elements=40)
+    home = follow_path(rods[::-1], load, elements=40, start=there.states[-1])
     assert there.events == home.events == ()
-    shapes = [[state.positions for state in path.states] for path in (there, home)]
-    assert_allclose(shapes[0], shapes[1][::-1], atol=1e-9)
+    for one, other in zip(there.states, home.states[::-1], strict=True):
+        assert_allclose(one.positions, other.positions, atol=1e-9)
 
 
 def test_a_batch_is_its_rods_bit_by_bit_and_in_threads():
-    rng = np.random.default_rng(3)
-    count = 40  # more than a task's
+    rng, count = np.random.default_rng(3), 40  # more than a task's
     lengths = rng.uniform(0.15, 0.6, count)
     strains = rng.uniform((-15.0, 0.0, 5.0), (15.0, 0.0, 30.0), (count, 3))
     weights = 0.24 * np.array([random_direction(rng) for _ in range(count)])
@@ -105,13 +101,13 @@ def test_a_batch_is_its_rods_bit_by_bit_and_in_threads():
         threaded = solve_rods(*data, elements=40, executor=executor)
     assert_array_equal(batch.positions, threaded.positions)
     section = Section.inextensible(2.7e-4, 1.8e-4)
+    names = {
+        "positions": "positions", "energies": "energy",
+        "residuals": "residual", "smallest_pivots": "smallest_pivot", "iterations": "iterations",
+        "folds": "folds", "statuses": "status",
+    }  # fmt: skip
     for i in range(count):
-        rod = Rod(float(lengths[i]), section, rest_strain=tuple(strains[i].tolist()))
-        load = RodLoad(tuple(weights[i].tolist()))
-        state = solve_rod(rod, load, elements=40, estimate_error=False)
-        assert_array_equal(batch.positions[i], state.positions)
-        assert_array_equal(batch.orientations[i], state.orientations)
-        found = (batch.energies[i], batch.residuals[i], batch.smallest_pivots[i])
-        assert found == (state.energy, state.residual, state.smallest_pivot)
-        assert (batch.iterations[i], batch.folds[i]) == (state.iterations, state.folds)
-        assert batch.statuses[i] is state.status
+        rod = Rod(float(lengths[i]), section, rest_strain=strains[i])
+        state = solve_rod(rod, RodLoad(weights[i]), elements=40, estimate_error=False)
+        for many, one in names.items():
+            assert_array_equal(getattr(batch, many)[i], getattr(state, one))
