@@ -2,8 +2,9 @@
 """Every process that runs tests is alone on its ROS domain and on this machine."""
 
 import os
+from contextlib import suppress
 
-from ros.programs import SIMULATE, group_exists, start
+from ros.programs import PROGRAM, start
 
 from spiral_gripper_ros.planning.planner import GripperPlanner
 
@@ -27,7 +28,6 @@ with warnings.catch_warnings():  # its parser imports a module that Python depre
 import hypothesis
 import pytest
 import rclpy
-from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from ros.client_harness import PATIENCE
 from ros.control_bench import SUCCEEDED, Bench
@@ -38,10 +38,9 @@ from ros.harness import (
     START_DEADLINE,
     Client,
     RunningNode,
-    deliver,
     tick_until,
 )
-from std_msgs.msg import Float64
+from ros.local_nodes import change, offer, parameters
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
@@ -53,13 +52,12 @@ from spiral_gripper_ros.runtime.runtime import Outputs
 # For a long run of test_control_machine.py: pytest --hypothesis-profile=fuzz.
 hypothesis.settings.register_profile("fuzz", max_examples=1500, stateful_step_count=100)
 
-GRIPPER = "paper_design_70"
 _numbers = itertools.count(1)
 
 
 @pytest.fixture(scope="session")
 def gripper():
-    return load_gripper(GRIPPER)
+    return load_gripper("paper_design_70")
 
 
 @pytest.fixture(scope="session")
@@ -85,14 +83,6 @@ def namespace():
 
 
 @pytest.fixture
-def hangups():
-    """Hangups reach what is started here, even where these tests run under nohup."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
-    yield
-    signal.signal(signal.SIGHUP, before)
-
-
-@pytest.fixture
 def client(namespace):
     client = Client(namespace)
     yield client
@@ -104,7 +94,7 @@ def shared_node():
     """A node process that the tests of one module share."""
     with RunningNode(f"/shared_{next(_numbers)}") as node:
         yield node
-        assert node.stop() == 0, node.log()
+        assert node.stop() == 0
 
 
 @pytest.fixture(scope="module")
@@ -126,8 +116,7 @@ def active(shared):
 @pytest.fixture
 def node(namespace):
     """A node in this process, whose commands are noted instead of published."""
-    bare = [Parameter(name, value=value) for name, value in BARE.items()]
-    node = GripperNode(namespace=namespace, parameter_overrides=bare)
+    node = GripperNode(namespace=namespace, parameter_overrides=parameters(**BARE))
     node.published = []
     node.runtime.outputs.publish_pressure = node.published.append
     assert node.start()
@@ -143,9 +132,8 @@ def told(node, monkeypatch):
     told = {}
     node.runtime.outputs.publish = told.__setitem__
     node.runtime.outputs.publish_diagnostics = lambda message: told.update(diagnostics=message)
-    quick = [Parameter(name, value=value) for name, value in (FAST_RAMP | PATIENT).items()]
-    assert all(result.successful for result in node.set_parameters(quick))
-    deliver(node, "object_radius", Float64(data=0.02))
+    change(node, **FAST_RAMP, **PATIENT)
+    offer(node)
     tick_until(node, lambda: node.runtime.control.snapshot().wrapped)
     return told
 
@@ -194,7 +182,7 @@ def nowhere(namespace):
 @pytest.fixture
 def simulation(namespace):
     """`spiral-gripper simulate` in a process group of its own, as a shell starts it."""
-    with start([*SIMULATE, "--radius", "20 mm", "--namespace", namespace]) as process:
+    with start(PROGRAM, "simulate", "--radius", "20 mm", "--namespace", namespace) as process:
         yield process
-        if group_exists(process.pid):
+        with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)

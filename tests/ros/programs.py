@@ -2,17 +2,19 @@
 """Programs that start processes of their own, run as a shell runs them: in a process group."""
 
 import os
+import re
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from ros.harness import DEADLINE
 
-SIMULATE = [str(Path(sys.executable).with_name("spiral-gripper")), "simulate"]
+PROGRAM = str(Path(sys.executable).with_name("spiral-gripper"))
 
 
-def start(command):
+def start(*command):
     """Start a program in a process group of its own, with its output and errors in one pipe."""
     return subprocess.Popen(
         command,
@@ -24,18 +26,25 @@ def start(command):
     )
 
 
-def group_exists(group):
-    """Return whether any process of a group is left."""
-    try:
-        os.killpg(group, 0)
-    except ProcessLookupError:
-        return False
-    return True
+def line_with(process, pattern):
+    """Return the next line of a program that has a part like a pattern."""
+    return next(line for line in process.stdout if re.search(pattern, line))
 
 
-def wait_for_the_end_of(group):
-    """Wait until no process of a group is left."""
-    deadline = time.monotonic() + DEADLINE
-    while group_exists(group):
-        assert time.monotonic() < deadline, "a process is left"
-        time.sleep(0.05)
+def rest_of(process, number=0):
+    """Wait for the end of a program and of its children, after a signal to all of them.
+
+    Returns:
+        Its exit code, and what it still said.
+    """
+    if number:
+        os.killpg(process.pid, number)
+    said, deadline = process.stdout.read(), time.monotonic() + DEADLINE
+    assert "Traceback" not in said
+    code = process.wait(DEADLINE)
+    with suppress(ProcessLookupError):
+        while time.monotonic() < deadline:
+            os.killpg(process.pid, 0)
+            time.sleep(0.05)
+        raise AssertionError("a process is left")
+    return code, said

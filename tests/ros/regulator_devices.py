@@ -4,7 +4,6 @@
 import asyncio
 import os
 import pty
-import re
 import select
 import threading
 import time
@@ -12,12 +11,10 @@ import tty
 from typing import NamedTuple
 
 from pymodbus.constants import ExcCodes
-from pymodbus.server import ModbusTcpServer
+from pymodbus.server import ServerStop, StartTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
-from spiral_gripper_ros.regulators.line_protocol import LineBuffer, Measurement, check_sum
-
-_SET_POINT = re.compile(r"S (\d{1,5}) ([+-]?\d+(?:\.\d*)?) (\d{1,6})")
+from spiral_gripper_ros.regulators.line_protocol import LineBuffer, check_sum
 
 
 class SetPoint(NamedTuple):
@@ -29,18 +26,18 @@ class SetPoint(NamedTuple):
 
 
 def set_point_from_line(line):
-    """Return the set-point of a line, or None if it is none."""
+    """Return the set-point of a line, or None if its check sum is wrong."""
     body, _, check = line.decode("ascii", errors="replace").rpartition("*")
-    match = _SET_POINT.fullmatch(body)
-    if match is None or check != check_sum(body):
+    if check != check_sum(body):
         return None
-    return SetPoint(int(match[1]), float(match[2]), int(match[3]))
+    kind, sequence, number, watchdog = body.split()
+    assert kind == "S"
+    return SetPoint(int(sequence), float(number), int(watchdog))
 
 
-def measurement_line(message):
+def measurement_line(sequence, number, state):
     """Return a device's answer as it is sent."""
-    number = "-" if message.number is None else f"{message.number:.3f}"
-    body = f"M {message.sequence} {number} {message.state}"
+    body = f"M {sequence} {'-' if number is None else format(number, '.3f')} {state}"
     return f"{body}*{check_sum(body)}\n".encode("ascii")
 
 
@@ -50,24 +47,17 @@ class LineDevice:
     Its pressure follows a set-point at once.
 
     Attributes:
-        heard: every message that was taken, "set_points" their numbers.
-        mode: "good"; "mute": hears nothing; "garbage", "old", "high", "refused": answers
-            so.
+        heard: every message that was taken.
+        mode: "": good; "mute": hears nothing; "garbage", "old", "high", "refused": answers so.
     """
 
     def __init__(self):
         self._controller, self._device = pty.openpty()
-        tty.setraw(self._controller)
         tty.setraw(self._device)
         self.port = os.ttyname(self._device)
-        self.heard, self.mode = [], "good"
-        self._good_until, self._running = 0.0, True
+        self.heard, self.mode, self._good_until, self.running = [], "", 0.0, True
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
-
-    @property
-    def set_points(self):
-        return [message.number for message in self.heard]
 
     @property
     def pressure(self):
@@ -75,76 +65,56 @@ class LineDevice:
 
     def close(self):
         """Unplug it."""
-        if self._running:
-            self._running = False
+        if self.running:
+            self.running = False
             self._thread.join()
             os.close(self._controller)
             os.close(self._device)
 
     def _run(self):
         buffer = LineBuffer()
-        while self._running:
-            ready, _, _ = select.select([self._controller], [], [], 0.01)
-            received = os.read(self._controller, 1000) if ready else b""
-            for message in filter(None, map(set_point_from_line, buffer.lines(received))):
-                if self.mode != "mute":
-                    self._hear(message)
+        while self.running:
+            if select.select([self._controller], [], [], 0.01)[0]:
+                for line in buffer.lines(os.read(self._controller, 1000)):
+                    message = set_point_from_line(line)
+                    if message and self.mode != "mute":
+                        self._hear(message)
 
     def _hear(self, message):
         if self.mode != "refused":
             self._good_until = time.monotonic() + 1.0e-3 * message.watchdog_ms
             self.heard.append(message)
-        number, state = self.pressure, "refused" if self.mode == "refused" else "ok"
-        if self.mode == "high":
-            number = 2.0e7
-        answer = measurement_line(Measurement(message.sequence, number, state))
-        old = measurement_line(Measurement((message.sequence - 1) % 65536, 1.0, "ok"))
+        number = 2.0e7 if self.mode == "high" else self.pressure
+        state = "refused" if self.mode == "refused" else "ok"
+        answer = measurement_line(message.sequence, number, state)
+        old = measurement_line((message.sequence - 1) % 65536, 1.0, "ok")
         answers = {"garbage": bytes(range(128, 256)) * 4 + answer[:-5] + b"0000\n", "old": old}
         good = b"\x00\xff boot message\r\n" + old + answer.replace(b"\n", b"\r\n")
         os.write(self._controller, answers.get(self.mode, good))
 
 
 class ModbusServer:
-    """A Modbus TCP server on this machine, with 100 registers.
+    """A Modbus TCP server at a port of this machine, with 100 registers.
 
     Attributes:
         registers: what they hold, as read by clients; they may be overwritten.
         written: each write of a client: (first register, values).
-        mode: "good"; "refuses": answers with an exception of the protocol.
+        fault: "refuses": it answers with an exception of the protocol.
         delay: time before each answer [s].
     """
 
-    def __init__(self, port=0):
-        self.port, self.registers, self.written = port, {}, []
-        self.mode, self.delay = "good", 0.0
-        self._loop, ready = asyncio.new_event_loop(), threading.Event()
-        self._thread = threading.Thread(target=self._run, args=(ready,), daemon=True)
-        self._thread.start()
-        assert ready.wait(60.0)
+    def __init__(self, port):
+        self.port, self.registers, self.written, self.fault, self.delay = port, {}, [], "", 0.0
+        registers = SimData(0, count=100, datatype=DataType.REGISTERS)
+        device = SimDevice(1, [registers], action=self._act)
+        serve = {"address": ("127.0.0.1", port)}
+        threading.Thread(target=StartTcpServer, args=(device,), kwargs=serve, daemon=True).start()
 
-    def close(self):
-        if not self._loop.is_closed():
-            self._loop.call_soon_threadsafe(self._server.serving.set_result, True)
-            self._thread.join(60.0)
-            self._loop.close()
-
-    def _run(self, ready):
-        async def serve():
-            registers = SimData(0, count=100, datatype=DataType.REGISTERS)
-            device = SimDevice(1, [registers], action=self._act)
-            self._server = ModbusTcpServer(device, address=("127.0.0.1", self.port))
-            await self._server.serve_forever(background=True)
-            self.port = self._server.transport.sockets[0].getsockname()[1]
-            ready.set()
-            await self._server.serving
-            self._server.close()
-            await asyncio.sleep(0.05)
-
-        self._loop.run_until_complete(serve())
+    close = staticmethod(ServerStop)
 
     async def _act(self, function, start, address, count, registers, values):
         await asyncio.sleep(self.delay)
-        if self.mode == "refuses":
+        if self.fault == "refuses":
             return ExcCodes.DEVICE_FAILURE
         own = range(address, address + count)
         if values:

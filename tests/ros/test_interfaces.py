@@ -58,15 +58,21 @@ def definitions():
         yield "\n".join([f"{path.parent.name}/{path.name}", *(f"  {x}" for x in lines if x)])
 
 
+def parameters_of(node):
+    """Return a line for each parameter, with what it may be as the node declares it."""
+    for spec in PARAMETERS:
+        found = node.describe_parameter(spec.name)
+        assert found.description == spec.description
+        spans = [*found.floating_point_range, *found.integer_range]
+        spans = [f"{one.from_value:g} to {one.to_value:g}" for one in spans]
+        words = ["parameter", spec.name, type(spec.default).__name__, repr(spec.default), *spans]
+        yield " ".join(
+            [*words, found.additional_constraints, "read-only" * found.read_only]
+        ).strip()
+
+
 def test_the_interfaces_are_those_on_record(node):
-    parameters = [
-        f"parameter {one.name} {type(one.default).__name__} {one.default!r} "
-        + (" | ".join(one.choices) if one.low is None else f"{one.low:g} to {one.high:g}")
-        + " read-only" * one.read_only
-        for one in PARAMETERS
-    ]
-    lines = [line.rstrip() for line in (*found_of(node), *parameters)]
-    found = "\n".join([*lines, "", *definitions(), ""])
+    found = "\n".join([*found_of(node), *parameters_of(node), "", *definitions(), ""])
     if os.environ.get("RECORD_INTERFACES"):
         RECORD.write_text(found, encoding="utf-8")
     assert found == RECORD.read_text(encoding="utf-8")

@@ -1,129 +1,190 @@
 # SPDX-License-Identifier: Apache-2.0
 """The launch files, the sample parameters and the RViz configuration fit the nodes that they start.
 
-The launch files are loaded with stand-ins for launch and launch_ros.
+The launch files are loaded with stand-ins for launch and launch_ros, which are not on PyPI.
 """
 
 import os
 import re
+import sys
 from pathlib import Path
+from runpy import run_path
+from types import ModuleType, SimpleNamespace
 
 import pytest
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy
+from rclpy.parameter import parameter_dict_from_yaml_file, parameter_value_to_python
 from repo.source_tree import ROOT, pyproject
-from ros import launch_stand_ins
 from ros.control_bench import rows
-from ros.launch_stand_ins import LifecycleNode, OpaqueFunction, started
 from ruamel.yaml import YAML
 
-from spiral_gripper_ros.parameters.table import PARAMETERS, GripperParameters
+from spiral_gripper_ros.parameters.table import PARAMETERS
 from spiral_gripper_ros.process.stop_signals import STARTED_BY
 from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 from spiral_gripper_ros.simulation.simulator import Simulator
 
 PACKAGE = ROOT / "spiral_gripper_ros"
-DESCRIPTION, GRIPPER, GRIPPERS, SIMULATION = FILES = tuple(
-    PACKAGE / f"launch/{name}.launch.py"
-    for name in ("description", "gripper", "grippers", "simulation")
-)
+FILES = {file.name.split(".")[0]: file for file in sorted(PACKAGE.glob("launch/*.py"))}
 SAMPLE = PACKAGE / "config/gripper.yaml"
 RVIZ = PACKAGE / "rviz/spiral_gripper.rviz"
+NODE = {spec.name: spec.default for spec in PARAMETERS} | {"use_sim_time": False}
 SIMULATED = SimulatedRegulatorParameters.specs() + RadiusParameters.specs()
-TABLES = {
-    program: {spec.name: spec.default for spec in specs}
-    for program, specs in (
-        ("spiral_gripper_node", PARAMETERS),
-        ("spiral_gripper_simulator", SIMULATED),
-    )
-}
 SET = (
     "gripper=prototype_p1 frame_id=tool0 profile=sine radius=0.01 fault=leak "
     "estimate_noise=0.0001 stiffness_factor=1.2 real_time_factor=2"
 )
 SET = dict(word.split("=") for word in SET.split())
+# What our files give to classes of launch and launch_ros, as those call it.
+KEYWORDS = (
+    "default_value description choices launch_arguments function msg reason package executable "
+    "name namespace parameters arguments output condition on_exit respawn respawn_delay "
+    "ros_arguments additional_env mappings"
+)
+
+
+class Kept:
+    """A class of launch, which keeps what it is given; what is not given is None."""
+
+    toxml = str
+
+    def __init__(self, *given, **named):
+        assert named.keys() <= set(KEYWORDS.split()), named.keys()
+        self.given = given
+        vars(self).update(named)
+
+    def __getattr__(self, name):
+        return None
+
+    def perform(self, context):
+        """Return the text of a LaunchConfiguration, or of ThisLaunchFileDir."""
+        return context.values[self.given[0]] if self.given else str(context.file.parent)
+
+    @property
+    def kind(self):
+        return type(self).__name__
+
+
+class StandIn(ModuleType):
+    """A module that has a class of every name."""
+
+    __path__, __file__ = (), __file__
+
+    def __getattr__(self, name):
+        return type(name, (Kept,), {})
+
+
+MODULES = """
+xacro launch launch.actions launch.conditions launch.launch_description_sources
+launch.substitutions launch_ros launch_ros.actions
+"""
 
 
 @pytest.fixture(autouse=True)
 def stand_ins(monkeypatch):
-    launch_stand_ins.install(monkeypatch)
+    for name in MODULES.split():
+        monkeypatch.setitem(sys.modules, name, StandIn(name))
 
 
-@pytest.fixture
-def file(tmp_path):
-    file = tmp_path / "mine.yaml"
-    file.touch()
-    return str(file)
+def described(name):
+    """Return what the launch description of a file holds."""
+    return run_path(str(FILES[name]))["generate_launch_description"]().given[0]
 
 
-def own_parameters(node):
-    """The parameters that a launched node of ours is given, besides files."""
-    (values,) = [p for p in node.parameters if isinstance(p, dict)]
-    return values
+def arguments(name):
+    """Return the arguments that a file declares, by name."""
+    return {e.given[0]: e for e in described(name) if e.kind == "DeclareLaunchArgument"}
 
 
-def read_yaml(path):
-    return YAML(typ="safe").load(path.read_text(encoding="utf-8"))
+def started(name, **given):
+    """Return the nodes that a launch of a file with these arguments starts, with its context."""
+    context = SimpleNamespace(file=FILES[name], values={}, is_shutdown=False)
+    for argument, declared in arguments(name).items():
+        value = given.pop(argument, text(declared.default_value, context))
+        assert declared.choices is None or value in declared.choices, f"{argument}:={value}"
+        context.values[argument] = value
+    assert given == {}
+    return list(expanded(described(name), context))
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_every_argument_is_described_and_every_executable_and_file_installed(file):
-    for argument in launch_stand_ins.arguments(file).values():
-        assert argument.description, argument.name
-        assert argument.default_value is not None, argument.name
-    ours = {(node.package, node.executable) for node in started(file)}
+def expanded(entities, context):
+    for entity in entities:
+        if entity.kind == "IncludeLaunchDescription":
+            passed = {k: text(v, context) for k, v in entity.launch_arguments}
+            file = Path(text(entity.given[0].given[0], context))
+            yield from started(file.name.split(".")[0], **passed)
+        elif entity.kind in ("GroupAction", "OpaqueFunction"):
+            inner = entity.function(context) if entity.function else entity.given[0]
+            yield from expanded(inner, context)
+        elif entity.kind != "DeclareLaunchArgument" and not entity.condition:  # RViz, if wanted
+            entity.context, entity.namespace = context, text(entity.namespace, context)
+            given = entity.parameters or []
+            entity.own = next((one for one in given if isinstance(one, dict)), {})
+            yield entity
+
+
+def text(value, context):
+    """Return the text of a substitution, of a list of them, or of plain text."""
+    if isinstance(value, list):
+        return "".join(text(part, context) for part in value)
+    return value if isinstance(value, str) else value.perform(context)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_argument_is_described_and_every_executable_installed(name):
+    declared = arguments(name)
+    assert all(one.description and one.default_value is not None for one in declared.values())
+    page = (ROOT / "docs/simulation.md").read_text(encoding="utf-8")
+    (listed,) = re.findall(rf"^\| `{name}\.launch\.py` \|[^|]*\|(.*)\|$", page, re.MULTILINE)
+    assert set(re.findall(r"`(\w+)`", listed)) == set(declared)
+    ours = {(node.package, node.executable) for node in started(name)}
     ours -= {("robot_state_publisher", "robot_state_publisher")}
     scripts = pyproject()["tool"]["dynamic-metadata"][0]["ros-scripts"]
     assert ours <= {("spiral_gripper_ros", script) for script in scripts}
-    (parts,) = re.findall(r"foreach\(_part (.+?)\)", (ROOT / "packaging/pip.cmake").read_text())
+
+
+def test_launch_files_parameters_and_rviz_configuration_are_installed():
+    parts = re.search(r"foreach\(_part (.+?)\)", (ROOT / "packaging/pip.cmake").read_text())[1]
     setup = (PACKAGE / "setup.py").read_text(encoding="utf-8")
-    for shipped in (file, SAMPLE, RVIZ):
+    patterns = dict(re.findall(r'share/{NAME}/(\w+)", sorted\(glob\("(.+?)"', setup))
+    for shipped in (*FILES.values(), SAMPLE, RVIZ):
         folder = shipped.parent.name
-        (pattern,) = re.findall(rf'share/{{NAME}}/{folder}", sorted\(glob\("(.+?)"', setup)
-        assert shipped in PACKAGE.glob(pattern)
+        assert shipped in PACKAGE.glob(patterns[folder])
         assert folder in parts.split()
 
 
 def test_what_is_not_given_is_left_to_the_parameters_file_and_what_is_given_wins():
-    (node,) = started(GRIPPER)
+    (node,) = started("gripper")
     left = {"autostart": True, "exit_with_parent": True, "use_sim_time": False}
-    assert own_parameters(node) == left
-    assert isinstance(node, LifecycleNode)
+    assert (node.own, node.kind, node.respawn) == (left, "LifecycleNode", False)
     assert node.additional_env == {STARTED_BY: str(os.getpid())}
     given = {"gripper": "prototype_p1", "frame_id": "tool0"}
-    (node,) = started(GRIPPER, use_sim_time="true", autostart="false", **given)
-    assert own_parameters(node) == {**left, **given, "use_sim_time": True, "autostart": False}
-    assert [type(p) for p in node.parameters] == [str, dict]  # what comes last wins
-    assert Path(node.parameters[0]).resolve() == SAMPLE
+    others = {"regulator": str(SAMPLE), "log_level": "debug", "namespace": "/left"}
+    switches = {"use_sim_time": "true", "autostart": "false", "respawn": "true"}
+    node, adapter = started("gripper", **given, **others, **switches)
+    assert node.own == {**left, **given, "use_sim_time": True, "autostart": False}
+    file, own = node.parameters  # what comes last wins
+    assert (Path(file).resolve(), own) == (SAMPLE, node.own)
+    assert (adapter.executable, adapter.name) == ("spiral_gripper_regulator", "regulator")
+    assert adapter.parameters == [str(SAMPLE)]
+    for one in (node, adapter):
+        assert (one.respawn, one.respawn_delay, one.namespace) == (True, 2.0, "/left")
+        assert one.ros_arguments == ["--log-level", "debug"]
 
 
 def test_the_simulation_starts_node_and_simulator_in_one_namespace_and_one_time():
-    node, simulator = launched = started(SIMULATION, **SET, namespace="/left", use_sim_time="true")
-    assert (node.executable, simulator.executable) == tuple(TABLES)
+    node, simulator = started("simulation", **SET, namespace="/left", use_sim_time="true")
+    assert node.executable == "spiral_gripper_node"
+    assert simulator.executable == "spiral_gripper_simulator"
     assert node.namespace == simulator.namespace == "/left"
-    for one in launched:
-        for name, value in own_parameters(one).items():
-            table = TABLES[one.executable] | {"use_sim_time": False}
-            assert type(value) is type(table[name]), name
-    assert own_parameters(node)["use_sim_time"] is True
-    assert own_parameters(node)["gripper"] == "prototype_p1"
-    simulated = own_parameters(simulator)
-    assert simulated.pop("publish_clock") is True
-    assert {name: str(value).removesuffix(".0") for name, value in simulated.items()} == SET
+    assert (node.own["use_sim_time"], node.own["gripper"]) == (True, "prototype_p1")
+    given = simulator.own
+    assert given.pop("publish_clock") is True
+    defaults = {spec.name: spec.default for spec in SIMULATED}
+    assert given == {name: type(defaults[name])(value) for name, value in SET.items()}
+    assert all(type(value) is type(defaults[name]) for name, value in given.items())
     # One process with two nodes: a name would be given to both.
     assert simulator.name is None
-
-
-def test_node_and_adapter_have_the_log_level_the_respawn_and_their_files(file):
-    given = {"regulator": file, "log_level": "debug", "namespace": "/left"}
-    for respawn in ("true", "false"):
-        node, adapter = started(GRIPPER, respawn=respawn, **given)
-        for one in (node, adapter):
-            assert (one.respawn, one.respawn_delay) == (respawn == "true", 2.0)
-            assert (one.namespace, one.ros_arguments) == ("/left", ["--log-level", "debug"])
-    assert (adapter.executable, adapter.name) == ("spiral_gripper_regulator", "regulator")
-    assert adapter.parameters == [file]
 
 
 # The launch file, what is given, which node ends: what follows.
@@ -134,16 +195,14 @@ gripper required=true respawn=true 0: LogInfo
 simulation 0: LogInfo Shutdown
 simulation 1: Shutdown
 """
-BY_NAME = {file.name.split(".")[0]: file for file in FILES}
 
 
 @pytest.mark.parametrize("row", rows(ENDS))
 def test_the_end_of_a_required_process_is_that_of_the_launch(row):
-    words, follows = (part.split() for part in row.split(": "))
-    given = dict(word.split("=") for word in words[1:-1])
-    node = started(BY_NAME[words[0]], **given)[int(words[-1])]
+    (name, *given, number), follows = (part.split() for part in row.split(": "))
+    node = started(name, **dict(word.split("=") for word in given))[int(number)]
     (handler,) = node.on_exit
-    assert [type(action).__name__ for action in handler.function(node.context)] == follows
+    assert [action.kind for action in handler.function(node.context)] == follows
     node.context.is_shutdown = True
     assert handler.function(node.context) == []
 
@@ -153,7 +212,6 @@ gripper parameters /nothing: a file
 gripper regulator /nothing: a file
 description model /nothing: a file
 simulation radius abc: a number
-simulation real_time_factor abc: a number
 grippers names left,left: different names
 grippers names left,: different names
 grippers names Left: different names
@@ -163,81 +221,55 @@ grippers names 1: different names
 
 
 @pytest.mark.parametrize("row", rows(REFUSED))
-def test_what_cannot_be_is_refused_with_its_argument(row):
-    file, argument, value, *words = row.replace(":", "").split()
+def test_what_cannot_be_is_refused_with_its_argument_before_anything_is_started(row):
+    name, argument, value, *words = row.replace(":", "").split()
     told = f"argument {argument} must be {' '.join(words)}, got '{value}'"
     with pytest.raises(RuntimeError, match=told):
-        started(BY_NAME[file], **{argument: value})
-
-
-def test_what_is_refused_is_refused_before_anything_is_started():
-    """Launch starts what comes first, and ends with the error: a node would be left running."""
-    declared = len(launch_stand_ins.arguments(SIMULATION))
-    assert isinstance(launch_stand_ins.described(SIMULATION)[declared], OpaqueFunction)
+        started(name, **{argument: value})
+    # Launch starts what comes first, and ends with the error: a node would be left running.
+    assert described(name)[len(arguments(name))].kind == "OpaqueFunction"
 
 
 @pytest.mark.parametrize(("simulation", "count"), [("false", 2), ("true", 4)])
 def test_two_grippers_have_namespaces_and_frames_of_their_own(simulation, count):
-    launched = started(GRIPPERS, simulation=simulation)
-    assert len(launched) == count
-    for node in launched:
-        assert own_parameters(node)["frame_id"] == f"{node.namespace}_gripper_base"
-    assert {node.namespace for node in launched} == {"left", "right"}
+    launched = started("grippers", simulation=simulation)
+    frames = [(node.namespace, node.own["frame_id"]) for node in launched]
+    assert len(frames) == count
+    assert set(frames) == {(name, f"{name}_gripper_base") for name in ("left", "right")}
 
 
 # --- the sample parameters and RViz ------------------------------------------------------------
 
 
-def flat(values, prefix=""):
-    """The values of nested namespaces by their names with dots."""
-    parts = ((name, v if isinstance(v, dict) else {"": v}) for name, v in values.items())
-    return {
-        f"{prefix}{name}.{inner}".rstrip("."): value
-        for name, part in parts
-        for inner, value in part.items()
-    }
-
-
 def test_the_sample_parameters_are_the_nodes_defaults():
-    ((node, content),) = read_yaml(SAMPLE).items()
-    assert node == "/**/spiral_gripper"
-    values, table = flat(content["ros__parameters"]), TABLES["spiral_gripper_node"]
+    name = "/**/spiral_gripper"
+    messages = parameter_dict_from_yaml_file(str(SAMPLE), target_nodes=[name]).items()
+    values = {name: str(parameter_value_to_python(one.value)) for name, one in messages}
     assert values
-    for name, value in values.items():
-        assert value == table[name] or (value != value and table[name] != table[name]), name
-        assert type(value) is type(table[name]), name
-    assert GripperParameters.refusal(values) is None
+    assert values == {name: str(NODE[name]) for name in values}
 
 
 def test_rviz_shows_what_node_and_simulator_publish(node, namespace):
-    manager = read_yaml(RVIZ)["Visualization Manager"]
-    fixed = manager["Global Options"]["Fixed Frame"]
-    assert fixed == TABLES["spiral_gripper_node"]["frame_id"]
-    displays = {d["Class"].split("/")[1]: d for d in manager["Displays"]}
-    description = displays["RobotModel"]["Description Topic"]
-    assert description["Value"] == "robot_description"
-    assert description["Durability Policy"] == "Transient Local"  # as its publisher offers it
-    assert "TF" in displays
+    manager = YAML().load(RVIZ)["Visualization Manager"]
+    assert manager["Global Options"]["Fixed Frame"] == NODE["frame_id"]
     simulator = Simulator(SingleThreadedExecutor(), namespace=namespace)
     published = {
-        (
-            publisher.msg_type.__name__,
-            publisher.topic.removeprefix(f"{namespace}/"),
-            publisher.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL,
-        )
-        for one in (node, *simulator.nodes)
-        for publisher in one.publishers
+        (one.msg_type.__name__, one.topic_name, one.qos_profile.durability.name)
+        for home in (node, *simulator.nodes)
+        for one in home.publishers
     }
     for one in simulator.nodes:
         one.destroy_node()
     shown = {
         (
             display["Class"].split("/")[1],
-            display["Topic"]["Value"],
-            display["Topic"]["Durability Policy"] == "Transient Local",
+            f"{namespace}/{display['Topic']['Value']}",
+            display["Topic"]["Durability Policy"].upper().replace(" ", "_"),
         )
         for display in manager["Displays"]
         if "Topic" in display
     }
     assert len(shown) >= 3
     assert shown <= published
+    (robot,) = [one for one in manager["Displays"] if one["Class"].endswith("RobotModel")]
+    assert robot["Description Topic"]["Durability Policy"] == "Transient Local"

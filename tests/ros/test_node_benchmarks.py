@@ -10,29 +10,14 @@ from benchmarks.ros import goals
 from benchmarks.ros.effort import SMOKE
 
 # What tiny counts leave out.
-pytestmark = pytest.mark.slow
-
 NOT_IN_SMOKE = {"compiling"}
 
 
-@pytest.fixture(scope="module")
-def sections():
-    return {name: measure(SMOKE) for name, measure in command.SUITE.sections.items()}
-
-
-def test_every_section_has_tables_that_fit_their_columns(sections):
-    for section in sections.values():
-        for table in section.tables:
-            assert table.rows
-            assert {len(row) for row in table.rows} == {len(table.columns)}
-
-
-def test_goals_find_their_figures(sections):
+@pytest.mark.slow
+def test_goals_find_their_figures_and_nothing_is_left():
+    sections = {name: measure(SMOKE) for name, measure in command.SUITE.sections.items()}
     for goal in goals.GOALS:
         assert goal.key in sections[goal.section].values or goal.key in NOT_IN_SMOKE, goal
-
-
-def test_answers_are_those_of_the_radii_sent_and_nothing_is_left(sections):
     # A busy machine may let the newest win now and then.
     assert sections["latency"].values["gripper_50_answered"] > 0.5
     assert sections["many"].values["isolated"] == 1.0

@@ -3,56 +3,35 @@
 
 import math
 import time
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import pytest
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
-from rclpy.parameter import Parameter
 from ros.grasp_goals import Goals, refused, started
 from ros.harness import deliver, plan_request, serve, tick, tick_until
-from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Float64
+from ros.local_nodes import change, offer, state_of
 
-from spiral_core import SolverError
-from spiral_core.rod.state import RodStatus
 from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_ros.actions import grasp
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node import display
 from spiral_gripper_ros.node.gripper_node import SHUT_DOWN, GripperNode
 from spiral_gripper_ros.planning import loaded_gripper
-from spiral_gripper_ros.planning.planner import GripperPlanner, NoPlanner
+from spiral_gripper_ros.planning.planner import GripperPlanner
 from spiral_gripper_ros.runtime.runtime import Outputs
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
 FAULT = (State.FAULT, Reason.INTERNAL_ERROR)
 TRACKING = (State.TRACKING, Reason.NONE)
-GRASP = Grasp.Goal(object_radius=0.025)
 
 
 def broken(*_):
     return 1 // 0
-
-
-def offer(node, radius=0.02):
-    deliver(node, "object_radius", Float64(data=radius))
-
-
-def change(node, **values):
-    """Set parameters, whose dots are written as two underscores."""
-    named = [Parameter(name.replace("__", "."), value=value) for name, value in values.items()]
-    assert all(result.successful for result in node.set_parameters(named))
-
-
-def state_of(node):
-    snapshot = node.runtime.control.snapshot()
-    return snapshot.state, snapshot.refusal.reason
 
 
 @pytest.fixture
@@ -60,6 +39,13 @@ def tracking(node):
     """A node that follows a radius."""
     offer(node)
     return node
+
+
+@pytest.fixture
+def logged(capfd):
+    """The log must tell of an exception."""
+    yield
+    assert "Traceback" in capfd.readouterr().err
 
 
 @pytest.fixture
@@ -72,56 +58,64 @@ def goals(tracking, client):
     client.spinner.remove_node(tracking)
 
 
+def plan(node, _):
+    return serve(node, "plan_wrap", plan_request([0.02, 0.025])).plans[1].message
+
+
+def goal(_, goals):
+    return refused(goals.grasp(0.03), Reason.INTERNAL_ERROR)
+
+
+def grasped(node, goals):
+    change(node, pressure__settle_time=0.1, pressure__rate_up=2.0e6)
+    _, result = goals.grasp(0.02).end()
+    assert result.success
+    return result.message
+
+
+@pytest.mark.usefixtures("logged")
 @pytest.mark.parametrize(
-    ("part", "provoke", "answers"),
+    ("part", "provoke", "expected"),
     [
-        ("offer_radius", offer, False),
-        ("command", tick, False),
-        ("reconfigure", lambda node: change(node, radius__timeout=2.0), False),
-        ("release", lambda node: serve(node, "vent", None), True),
-        ("rearm", lambda node: serve(node, "rearm", None), True),
+        ("control.offer_radius", lambda node, _: offer(node), FAULT),
+        ("control.command", lambda node, _: tick(node), FAULT),
+        ("control.reconfigure", lambda node, _: change(node, radius__timeout=2.0), FAULT),
+        ("control.release", lambda node, _: serve(node, "vent", None).message, FAULT),
+        ("control.rearm", lambda node, _: serve(node, "rearm", None).message, FAULT),
+        ("control.start_grasp", goal, FAULT),
+        ("control.command", None, FAULT),  # while a goal is under way
+        ("loaded.poll", plan, TRACKING),
+        ("grasp.known", goal, TRACKING),
+        ("grasp.figures_to_msg", grasped, (State.GRASPING, Reason.NONE)),
     ],
 )
-def test_an_exception_in_a_callback_vents_is_logged_and_becomes_a_state(
-    tracking, part, provoke, answers, capfd
+def test_an_exception_is_logged_and_answered_and_vents_if_it_is_of_the_control_logic(
+    tracking, goals, monkeypatch, part, provoke, expected
 ):
-    control = tracking.runtime.control
-    setattr(control, part, broken)
-    answer = provoke(tracking)
-    if answers:
-        assert not answer.success
-        assert "ZeroDivisionError" in answer.message
-    assert tracking.published[-1] == 0.0
-    assert state_of(tracking) == FAULT
-    assert "ZeroDivisionError" in control.snapshot().refusal.text
-    assert "Traceback" in capfd.readouterr().err
-    delattr(control, part)
-    offer(tracking)
-    tick(tracking)
-    assert tracking.published[-1] == 0.0
-    control.rearm()
-    offer(tracking)
-    assert state_of(tracking) == TRACKING
+    control, (owner, name) = tracking.runtime.control, part.split(".")
+    running = provoke or started(goals.grasp(0.02, timeout=[600.0]))
+    place = grasp if owner == "grasp" else getattr(tracking.runtime, owner)
+    monkeypatch.setattr(place, name, broken)
+    said = provoke(tracking, goals) if provoke else refused(running, Reason.INTERNAL_ERROR)
+    assert state_of(tracking) == expected
+    assert "ZeroDivisionError" in (said or control.snapshot().refusal.text)
+    monkeypatch.undo()
+    if expected == FAULT:
+        assert tracking.published[-1] == 0.0
+        offer(tracking)
+        tick(tracking)
+        assert tracking.published[-1] == 0.0
+        control.rearm()
+        offer(tracking)
+        assert state_of(tracking) == TRACKING
 
 
-def test_without_a_certificate_the_command_stands_and_the_status_says_so(tracking):
-    target = tracking.runtime.control.snapshot().pressure_target
-    error = SolverError(RodStatus.UNSTABLE, 0.1, 3)
-    tracking.runtime.loaded.planner = NoPlanner((9.80665, 0.0, 0.0), error)
-    offer(tracking, 0.0205)
-    tick(tracking)
-    assert state_of(tracking) == (State.HOLDING, Reason.NOT_CERTIFIED)
-    assert tracking.runtime.control.snapshot().pressure_target == target
-    assert tracking.runtime.loaded.commanded.shape is None
-
-
-def test_an_exception_in_a_transition_is_logged_and_leads_to_unconfigured(tracking, capfd):
+@pytest.mark.usefixtures("logged")
+def test_an_exception_in_a_transition_is_logged_and_leads_to_unconfigured(tracking):
     assert tracking.trigger_deactivate() == tracking.trigger_cleanup() == SUCCESS
     tracking.runtime.outputs.configure = broken
     assert tracking.trigger_configure() == TransitionCallbackReturn.ERROR
-    assert "Traceback" in capfd.readouterr().err
-    assert tracking.published[-1] == 0.0
-    assert tracking.runtime.loaded is None
+    assert (tracking.published[-1], tracking.runtime.loaded) == (0.0, None)
     del tracking.runtime.outputs.configure
     assert tracking.trigger_configure() == SUCCESS
 
@@ -132,41 +126,26 @@ BREAKS = (
 )
 
 
+@pytest.mark.usefixtures("told")
 @pytest.mark.parametrize("part", BREAKS.split())
 def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(
-    node, told, part, monkeypatch, capfd
+    node, part, monkeypatch, capfd
 ):
     others = {"scene": (display, "scene_to_msg"), "drawn": (GripperPlanner, "wrapped_diameter")}
     owner, _, name = part.rpartition(".")
-    broken_part = others.get(part) or (getattr(node.runtime, owner), name)
-    assert told
     change(node, publish__robot_state_rate=10.0)
-    monkeypatch.setattr(*broken_part, broken)
+    place = others.get(part) or (getattr(node.runtime, owner), name)
+    monkeypatch.setattr(*place, broken)
     for _ in range(100):
         deliver(node, "object_pose", PoseStamped())
         tick(node)
-    assert node.runtime.control.snapshot().wrapped == (
-        part not in ("loaded.update_shape", "outputs.publish")
-    )
+    unshown = part in ("loaded.update_shape", "outputs.publish")
+    assert node.runtime.control.snapshot().wrapped is not unshown
     offer(node, 0.0205)
     tick(node)
     assert state_of(node) == TRACKING
     assert node.published[-1] > 0.0
     assert 1 <= capfd.readouterr().err.count("Traceback") <= 2  # a status and a drawing
-
-
-def test_a_bad_sample_of_the_clock_does_not_let_go(node, capfd):
-    assert node.trigger_deactivate() == SUCCESS
-    change(node, use_sim_time=True)
-    deliver(node, "clock", Clock(clock=Time(sec=5)))
-    assert node.trigger_activate() == SUCCESS
-    before = node.runtime.now()
-    offer(node)
-    deliver(node, "clock", Clock(clock=Time(sec=-7)))
-    assert "Seconds value must not be negative" in capfd.readouterr().err
-    assert state_of(node) == TRACKING
-    deliver(node, "clock", Clock(clock=Time(sec=6)))
-    assert node.runtime.now() == before + 1.0
 
 
 def test_an_executor_with_many_threads_is_refused(node, capfd):
@@ -180,21 +159,20 @@ def test_an_executor_with_many_threads_is_refused(node, capfd):
 
 
 def test_the_pressure_goes_out_before_anything_else(node):
-    order = []
-    for name in ("publish_pressure", "publish", "publish_shape"):
-        setattr(node.runtime.outputs, name, lambda *arguments, name=name: order.append(name))
+    order, names = [], ("publish_pressure", "publish", "publish_shape")
+    for name in names:
+        setattr(node.runtime.outputs, name, lambda *_, name=name: order.append(name))
     offer(node)
     tick(node)
-    assert order[0] == "publish_pressure"
-    assert set(order) == {"publish_pressure", "publish", "publish_shape"}
+    assert (order[0], set(order)) == (names[0], set(names))
 
 
-def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypatch, capfd):
+@pytest.mark.usefixtures("logged")
+def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypatch):
     monkeypatch.setattr(loaded_gripper, "planner_for", broken)
     change(node, gripper="prototype_p1")
     tick_until(node, lambda: state_of(node) == FAULT)
     assert "ZeroDivisionError" in node.runtime.control.snapshot().refusal.text
-    assert "Traceback" in capfd.readouterr().err
     monkeypatch.undo()
     change(node, gripper="prototype_p1")
     node.runtime.control.rearm()
@@ -202,46 +180,25 @@ def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypat
     assert node.runtime.loaded.gripper.name == "prototype_p1"
 
 
-def test_a_planner_that_breaks_while_a_plan_is_asked_for_is_answered(tracking, capfd):
-    tracking.runtime.loaded.poll = broken
-    answers = serve(tracking, "plan_wrap", plan_request([0.02, 0.025])).plans
-    assert [answer.reason for answer in answers] == [Reason.INTERNAL_ERROR] * 2
-    assert "ZeroDivisionError" in answers[0].message
-    assert state_of(tracking) == TRACKING
-    assert "Traceback" in capfd.readouterr().err
-
-
 # --- goals -------------------------------------------------------------------------------------
 
 
-def test_a_goal_and_its_cancel_are_commanded_at_once_not_at_the_next_tick(tracking, goals):
-    """The simulated clock stands still: no tick comes."""
-    assert tracking.trigger_deactivate() == SUCCESS
-    change(tracking, use_sim_time=True)
-    deliver(tracking, "clock", Clock(clock=Time(sec=5)))
-    assert tracking.trigger_activate() == SUCCESS
-    before = len(tracking.published)
-    goal = goals.grasp(0.02)
-    goals.client.wait_until(lambda: len(tracking.published) > before, "a command")
-    assert state_of(tracking)[0] is State.GRASPING
-    assert goal.cancel()
-    assert len(tracking.published) == before + 2
-    assert goal.end()[1].reason == Reason.GRASP_CANCELED
-
-
-@pytest.mark.parametrize("name", ["release", "grasp"])
+@pytest.mark.parametrize(
+    ("kind", "after"),
+    [(Release, ((State.RELEASED, Reason.RELEASED), None)), (Grasp, (TRACKING, 0.02))],
+)
 def test_a_goal_that_is_canceled_before_it_is_started_vents_if_it_is_a_release(
-    tracking, client, name
+    tracking, client, kind, after
 ):
     """Both requests wait before the node looks for either; a grasp has changed nothing."""
-    kind, goal = (Release, Release.Goal()) if name == "release" else (Grasp, GRASP)
+    name = kind.__name__.lower()
     client.spinner.add_node(tracking)
     action = ActionClient(client, kind, name)
     canceling = client.create_client(CancelGoal, f"{name}/_action/cancel_goal")
     client.wait_until(
         lambda: action.server_is_ready() and canceling.service_is_ready(), "the action"
     )
-    answer = action.send_goal_async(goal)
+    answer = action.send_goal_async(kind.Goal())
     canceling.call_async(CancelGoal.Request())
     time.sleep(0.3)
     client.wait_until(answer.done, "an answer to the goal")
@@ -249,42 +206,9 @@ def test_a_goal_that_is_canceled_before_it_is_started_vents_if_it_is_a_release(
     client.wait_until(ended.done, "the end of the goal")
     assert ended.result().status == GoalStatus.STATUS_CANCELED
     assert ended.result().result.reason == Reason.GRASP_CANCELED
-    vented = (State.RELEASED, Reason.RELEASED)
-    assert state_of(tracking) == (vented if name == "release" else TRACKING)
-    assert tracking.runtime.control.snapshot().radius == (None if name == "release" else 0.02)
+    assert (state_of(tracking), tracking.runtime.control.snapshot().radius) == after
     action.destroy()
     client.spinner.remove_node(tracking)
-
-
-@pytest.mark.parametrize("part", ["start_grasp", "command"])
-def test_an_exception_during_a_goal_is_logged_vents_and_ends_the_goal(tracking, goals, part, capfd):
-    goal = started(goals.grasp(0.02, timeout=[600.0])) if part == "command" else None
-    setattr(tracking.runtime.control, part, broken)
-    assert "ZeroDivisionError" in refused(goal or goals.grasp(0.02), Reason.INTERNAL_ERROR)
-    assert (tracking.published[-1], state_of(tracking)) == (0.0, FAULT)
-    assert "Traceback" in capfd.readouterr().err
-    delattr(tracking.runtime.control, part)
-
-
-def test_a_goal_that_cannot_be_read_is_refused_and_the_grip_is_kept(
-    tracking, goals, monkeypatch, capfd
-):
-    monkeypatch.setattr(grasp, "known", broken)
-    refused(goals.grasp(0.03), Reason.INTERNAL_ERROR)
-    assert state_of(tracking) == TRACKING
-    assert "Traceback" in capfd.readouterr().err
-
-
-def test_a_result_that_cannot_be_filled_leaves_the_grip_and_is_answered(
-    tracking, goals, monkeypatch, capfd
-):
-    monkeypatch.setattr(grasp, "figures_to_msg", broken)
-    change(tracking, pressure__settle_time=0.1, pressure__rate_up=2.0e6)
-    _, result = goals.grasp(0.02).end()
-    assert result.success
-    assert "ZeroDivisionError" in result.message
-    assert state_of(tracking) == (State.GRASPING, Reason.NONE)
-    assert "Traceback" in capfd.readouterr().err
 
 
 def test_a_request_after_the_shutdown_is_told_to_start_anew(tracking, goals):
@@ -309,8 +233,7 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace,
 
 @pytest.mark.parametrize("bad", [math.nan, -math.inf])
 def test_the_last_line_of_defense_sends_no_number_that_is_none(bad):
-    sent = []
-    publisher = SimpleNamespace(publish=sent.append)
-    outputs = Outputs(SimpleNamespace(create_publisher=lambda *arguments: publisher), "base")
-    outputs.publish_pressure(bad)
-    assert [message.data for message in sent] == [0.0]
+    node = Mock()
+    Outputs(node, "base").publish_pressure(bad)
+    (message,) = node.create_publisher().publish.call_args.args
+    assert message.data == 0.0

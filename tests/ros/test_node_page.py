@@ -5,26 +5,25 @@ import re
 
 import pytest
 from repo.source_tree import ROOT
-from ros import launch_stand_ins
 
 from spiral_gripper_ros.simulation.regulator import Fault
 
-SERVICES = {f"inject_{fault.value}" for fault in Fault}
-CONTRACT = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("docs/safety*.md"))
+FAULTS = [fault.value for fault in Fault if fault is not Fault.NONE]
+
+
+def text_of(*patterns):
+    return "".join(path.read_text("utf-8") for one in patterns for path in ROOT.glob(one))
 
 
 def section(page, title):
-    text = (ROOT / f"docs/{page}.md").read_text(encoding="utf-8")
-    return re.split(r"\n##+ ", text.split(f"# {title}\n")[1])[0]
+    return re.split(r"\n##+ ", text_of(f"docs/{page}.md").split(f"# {title}\n")[1])[0]
 
 
 def test_every_row_of_the_safety_contract_names_tests_that_exist():
-    rows = re.findall(r"^\| .* \|$", CONTRACT, re.MULTILINE)
-    sources = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("tests/ros/*.py"))
-    tests = set(re.findall(r"def (test_\w+)", sources))
-    stated = [row for row in rows if not row.startswith("| event |")]
-    assert len(stated) > 70
-    for row in stated:
+    rows = re.findall(r"^\| (?!event ).* \|$", text_of("docs/safety*.md"), re.MULTILINE)
+    tests = set(re.findall(r"def (test_\w+)", text_of("tests/ros/*.py")))
+    assert len(rows) > 70
+    for row in rows:
         named = set(re.findall(r"`(test_\w+)`", row))
         assert named, row
         assert named <= tests, named - tests
@@ -39,27 +38,14 @@ def test_every_row_of_the_safety_contract_names_tests_that_exist():
 )
 def test_every_service_and_topic_of_a_page_is_in_the_code(page, title, folder):
     names = re.findall(r"^\|[^|]*\| `/?([\w/]+)` \|", section(page, title), re.MULTILINE)
-    sources = ROOT.glob(f"spiral_gripper_ros/spiral_gripper_ros/{folder}**/*.py")
-    code = "".join(path.read_text(encoding="utf-8") for path in sources)
     assert len(names) >= 10
+    code = text_of(f"spiral_gripper_ros/spiral_gripper_ros/{folder}**/*.py")
     told = {word.lstrip("/") for word in re.findall(r'"(/?[\w/]+)"', code)}
-    assert not [name for name in names if name.rpartition("regulator/")[2] not in told | SERVICES]
+    services = [f"inject_{name}" for name in FAULTS]
+    others = [name.rpartition("regulator/")[2] for name in names]
+    assert [name for name in others if name not in told] == (services if folder else [])
 
 
-def test_every_fault_and_service_stands_on_the_page():
-    services = re.findall(
-        r"`simulated_regulator/(\w+)` \| `std_srvs", section("simulation", "Topics and services")
-    )
-    named = [fault.value for fault in Fault if fault is not Fault.NONE]
-    assert services == [*(f"inject_{name}" for name in named), "clear_fault"]
-    assert re.findall(r"^\| `(\w+)` \|", section("simulation", "Faults"), re.MULTILINE) == named
-
-
-def test_every_launch_argument_stands_on_the_page(monkeypatch):
-    launch_stand_ins.install(monkeypatch)
-    table = section("simulation", "Launch files and RViz")
-    rows = re.findall(r"^\| `([\w.]+\.launch\.py)` \|[^|]*\|(.*)\|$", table, re.MULTILINE)
-    assert len(rows) == len(list((ROOT / "spiral_gripper_ros/launch").glob("*.py")))
-    for name, listed in rows:
-        declared = launch_stand_ins.arguments(ROOT / "spiral_gripper_ros/launch" / name)
-        assert set(re.findall(r"`(\w+)`", listed)) == set(declared)
+def test_every_fault_stands_on_the_page():
+    found = re.findall(r"^\| `(\w+)` \|", section("simulation", "Faults"), re.MULTILINE)
+    assert found == FAULTS

@@ -1,175 +1,129 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Parameters of the running node: refused, or in effect at once; another gripper among them."""
+"""Parameters of a node in this process: refused, or in effect at once; another gripper too."""
 
 import math
+import os
+from pathlib import Path
 
-import numpy as np
 import pytest
 import yaml
-from rcl_interfaces.msg import Parameter
-from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
-from rclpy.parameter import get_parameter_value
-from ros.harness import NODE
+from geometry_msgs.msg import Vector3, Vector3Stamped
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rclpy.parameter import Parameter, get_parameter_value, parameter_value_to_python
+from ros.control_bench import rows
+from ros.harness import deliver, tick, tick_until
+from ros.local_nodes import change, offer, parameters
 
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
 from spiral_gripper.files.catalog import GRIPPERS
+from spiral_gripper.files.storage import LARGEST_FILE
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.parameters.spec import may_be_unset
 from spiral_gripper_ros.parameters.table import PARAMETERS
 
 RADIUS = 0.02
 OTHER = "prototype_p1"
-LIMIT = "pressure_max: 16 psi"
+DESCRIPTION = (GRIPPERS.path / f"{OTHER}.yaml").read_text()
 UPRIGHT = (0.0, 0.0, -9.80665)
 
 
-def test_every_parameter_is_declared_as_the_table_says(active):
-    listed = active.call(ListParameters, f"{NODE}/list_parameters").result.names
-    request = DescribeParameters.Request(names=listed)
-    described = active.call(DescribeParameters, f"{NODE}/describe_parameters", request).descriptors
-    found = {
-        one.name: (one.description, one.read_only, [(r.from_value, r.to_value) for r in ranges])
-        for one in described
-        for ranges in [[*one.floating_point_range, *one.integer_range]]
-        if "qos_overrides" not in one.name
-    }
-    for name in ("use_sim_time", "start_type_description_service"):
-        del found[name]
-    assert found == {
-        spec.name: (
-            spec.description,
-            spec.read_only,
-            [] if spec.low is None or may_be_unset(spec) else [(spec.low, spec.high)],
-        )
-        for spec in PARAMETERS
-    }
+def follow(node, wanted):
+    """Offer a radius until the control logic is as it should be; return how it is then."""
+
+    def is_wanted():
+        offer(node, RADIUS)
+        return wanted(node.runtime.control.snapshot())
+
+    tick_until(node, is_wanted)
+    return node.runtime.control.snapshot()
 
 
-def test_what_the_node_dumps_loads_and_the_grip_is_kept(active):
+@pytest.mark.usefixtures("told")
+def test_what_the_node_dumps_loads_and_the_grip_is_kept(node):
     """As `ros2 param load` does: each value as YAML, read again, set by itself."""
-    active.change("radius.hysteresis", 1.0e-5)
-    active.change("gravity.vector", [math.nan] * 3)
-    held = active.wrap(RADIUS).pressure_command
-    active.forget()
-    values = active.get_parameters_of_node([spec.name for spec in PARAMETERS])
-    assert None not in values  # one without a value would leave `ros2 param dump` without any
-    dumped = {s.name: v for s, v in zip(PARAMETERS, values, strict=True) if not s.read_only}
-    for name, value in yaml.safe_load(yaml.dump(dumped)).items():
-        message = Parameter(name=name, value=get_parameter_value(str(value)))
-        request = SetParameters.Request(parameters=[message])
-        (result,) = active.call(SetParameters, f"{NODE}/set_parameters", request).results
+    change(node, radius__hysteresis=1.0e-5, gravity__vector=[math.nan] * 3)
+    tick(node)
+    held = node.published[-1]
+    names = [spec.name for spec in PARAMETERS if not spec.read_only]
+    values = [
+        parameter_value_to_python(p.get_parameter_value()) for p in node.get_parameters(names)
+    ]
+    dumped = yaml.safe_load(yaml.dump(dict(zip(names, values, strict=True))))
+    assert None not in dumped.values()  # `ros2 param dump` would end at one
+    for name, value in dumped.items():
+        message = ParameterMessage(name=name, value=get_parameter_value(str(value)))
+        (result,) = node.set_parameters([Parameter.from_parameter_msg(message)])
         assert result.successful, (name, value, result.reason)
-    active.hear_more()
-    assert set(active.pressures) == {held}
+        tick(node)
+        assert node.published[-1] == held > 0.0
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "reason"),
-    [
-        ("radius.timeout", math.nan, "out of range"),
-        ("publish.backbone_points", 1, "out of range"),
-        ("radius.timeout_policy", "panic", "one of hold, vent, ramp_down"),
-        ("gravity.vector", [0.0, 0.0, -981.0], "norm at most"),
-        ("frame_id", "elsewhere", "read-only"),
-    ],
-)
-def test_a_bad_value_is_refused_with_the_reason_and_changes_nothing(active, name, value, reason):
-    before = active.get_parameter_of_node(name)
-    result = active.set_parameter(name, value)
-    assert not result.successful
-    assert reason in result.reason
-    after = active.get_parameter_of_node(name)
-    assert before == after or np.array_equal(before, after, equal_nan=True)
+# Name, value, why it is refused.
+BAD = """
+radius.timeout .nan out of range
+publish.backbone_points 1 out of range
+radius.timeout_policy panic one of hold, vent, ramp_down
+gravity.vector [0.0,0.0,-981.0] norm at most
+frame_id elsewhere read-only
+gripper no_such_gripper no gripper has this name
+gripper ./nowhere.yaml there is no such file
+gripper ./pipe.yaml not a plain file
+gripper ./long.yaml more than 2 MB
+gripper ./wrong.yaml lenght
+gripper ./passwd holds none of a description's fields
+gripper . it is a folder
+"""
 
 
-# --- another gripper ---------------------------------------------------------------------------
-
-
-@pytest.fixture
-def describe(tmp_path):
-    """Return what writes the other gripper's description, with a change, and returns its file."""
-    file = tmp_path / "mine.yaml"
-
-    def write(old=LIMIT, new=LIMIT):
-        text = (GRIPPERS.path / f"{OTHER}.yaml").read_text()
-        assert old in text
-        file.write_text(text.replace(old, new, 1))
-        return str(file)
-
-    return write
-
-
-@pytest.fixture(scope="module")
-def other():
-    return WrapCurve(load_gripper(OTHER))
-
-
-def load(client, gripper, curve):
-    """Set another gripper and wait until it is planned with."""
-    client.change("gripper", gripper)
-    wanted = pytest.approx([curve.radius_min, curve.radius_max])
-    client.wait_until(
-        lambda: client.wraps and list(client.wraps[-1].radius_range) == wanted, "the other gripper"
-    )
-
-
-def test_another_gripper_vents_is_loaded_and_followed_after_rearm(active, other):
-    """Gravity that was told is kept."""
-    active.wait_for_plan(RADIUS, active.wrap(RADIUS).pressure_target)
-    active.send_gravity(UPRIGHT)
-    before = active.wraps[-1].radius_range
-    active.wait_until(lambda: active.wraps[-1].radius_range != before, "the gravity")
-    upright = WrapCurve(other.gripper.with_mount(UPRIGHT, None))
-    load(active, OTHER, upright)
-    status = active.wait_for_state(State.RELEASED, Reason.RECONFIGURED)
-    assert status.pressure_command == status.pressure_target == 0.0
-    active.wait_for_vent()
-    active.forget()
-    for _ in range(5):
-        active.send_radius(RADIUS)
-        active.hear_more(1)
-    assert set(active.pressures) == {0.0}
-    assert active.rearm().success
-    wanted = pytest.approx(upright.pressure_from_radius(RADIUS), rel=1e-9)
-    assert active.wrap(RADIUS).pressure_command == wanted
-    active.wait_until(
-        lambda: active.diagnostics and active.diagnostics[-1].hardware_id == OTHER, "diagnostics"
-    )
-
-
-def test_a_gripper_that_is_none_is_refused_and_the_grip_is_kept(active, describe, tmp_path):
-    pressure = active.wrap(RADIUS).pressure_command
-    active.pressures.clear()
-    secret = tmp_path / "passwd"
-    secret.write_text("root:secret:0:0\n")
-    for name, reason in (
-        (describe("length:", "lenght:"), "lenght"),
-        (str(secret), "holds none of a description's fields"),
-    ):
-        result = active.set_parameter("gripper", name)
-        assert not result.successful
-        assert reason in result.reason
+@pytest.mark.usefixtures("told")
+def test_a_bad_value_is_refused_with_the_reason_and_changes_nothing(node, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.yaml")  # which does not hold up the node
+    os.truncate(os.open("long.yaml", os.O_CREAT | os.O_WRONLY), LARGEST_FILE + 1)
+    Path("wrong.yaml").write_text(DESCRIPTION.replace("length:", "lenght:", 1))
+    Path("passwd").write_text("root:secret:0:0\n")
+    names = [spec.name for spec in PARAMETERS]
+    before, held = str(node.get_parameters(names)), node.published[-1]
+    for row in rows(BAD):
+        name, value, reason = row.split(" ", 2)
+        (result,) = node.set_parameters(parameters(**{name: yaml.safe_load(value)}))
+        assert (result.successful, reason in result.reason) == (False, True), row
         assert "root:" not in result.reason
-    active.hear_more()
-    assert set(active.pressures) == {pressure}
+    tick(node)
+    assert (str(node.get_parameters(names)), node.published[-1]) == (before, held)
 
 
-def test_a_gripper_that_cannot_coil_is_a_fault_until_a_good_one_is_loaded(active, describe):
-    """Of the same file, which is read anew; its limit is the cap."""
-    active.wrap(RADIUS)
-    file = describe(new="pressure_max: 1 kPa")
-    active.change("gripper", file)
-    status = active.wait_for_state(State.FAULT, Reason.INTERNAL_ERROR)
-    assert "cannot be used" in status.reason_text
-    assert status.pressure_command == 0.0
+def test_another_gripper_vents_and_is_followed_after_rearm_unless_it_cannot_coil(node, tmp_path):
+    """Of the same file, which is read anew; its limit is the cap. Gravity that was told is kept."""
+    file, limit = tmp_path / "mine.yaml", "pressure_max: 16 psi"
+    control = node.runtime.control
+
+    def load(largest):
+        file.write_text(DESCRIPTION.replace(limit, f"pressure_max: {largest}", 1))
+        change(node, gripper=str(file))
+        assert node.published[-1] == 0.0
+        tick_until(node, lambda: not node.runtime.loaded.is_loading)
+        seen = follow(node, lambda _: True)
+        assert node.published[-1] == 0.0
+        control.rearm()
+        return seen.state, seen.refusal
+
+    deliver(node, "gravity", Vector3Stamped(vector=Vector3(z=-9.80665)))
+    follow(node, lambda seen: seen.pressure_command > 0.0)
+    state, refusal = load("60 kPa")
+    assert (state, refusal.reason) == (State.RELEASED, Reason.RECONFIGURED)
+    assert node.runtime.limits.pressure_cap == pytest.approx(6.0e4)
+    other = load_gripper(file)
+    for mount in (UPRIGHT, other.gravity):
+        curve = WrapCurve(other.with_mount(mount, None))
+        wanted = pytest.approx(curve.pressure_from_radius(RADIUS), rel=1e-9)
+        follow(node, lambda seen, wanted=wanted: seen.pressure_target == wanted)
+        change(node, gravity__vector=list(map(float, other.gravity)))
+    state, refusal = load("1 kPa")
+    assert (state, refusal.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
+    assert "cannot be used" in refusal.text
     # Re-armed with it, it still grips nothing and says why.
-    assert active.rearm().success
-    active.send_radius(RADIUS)
-    assert "turns" in active.wait_for_state(State.WAITING, Reason.NOT_CERTIFIED).reason_text
-    describe(new="pressure_max: 60 kPa")
-    load(active, file, WrapCurve(load_gripper(file)))
-    active.rearm()
-    target = active.wrap(RADIUS).pressure_target
-    margin = active.wait_for_plan(RADIUS, target).plan[0].pressure_margin
-    assert margin == pytest.approx(6.0e4 - target)
+    seen = follow(node, lambda seen: seen.refusal.reason is Reason.NOT_CERTIFIED)
+    assert (seen.state, "turns" in seen.refusal.text) == (State.WAITING, True)
+    load("60 kPa")
+    follow(node, lambda seen: seen.pressure_command > 0.0)

@@ -2,121 +2,113 @@
 """Every kind of device and what can be wrong with it, below the adapter's node in this process."""
 
 import math
+import socket
 import struct
 import time
 from types import SimpleNamespace
 
 import pytest
+import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from ros.control_bench import rows
-from ros.enclaves import rights_by_enclave, used_rights
 from ros.harness import DEADLINE, deliver
+from ros.local_nodes import overhear, parameters
 from ros.regulator_devices import LineDevice, ModbusServer
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
 from spiral_gripper_ros.regulators import regulator_node
 from spiral_gripper_ros.regulators.main import RegulatorProgram
-from spiral_gripper_ros.regulators.regulator_node import REGULATOR_NODE, RegulatorNode
+from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
 
 AIR = 101325.0
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-# A busy machine is no silent device, where silence is not what is tested.
-PATIENT = {"watchdog_timeout": 60.0, "device_timeout": 10.0}
+OK, ERROR = DiagnosticStatus.OK, DiagnosticStatus.ERROR
+PASSES = "passes commands on"
 WRONG = {"nan": math.nan, "high": 2.0e7}
 
 
 def named(text):
-    pairs = (pair.split("=") for pair in text.split())
-    return {name: int(value) if value.isdigit() else value for name, value in pairs}
+    return {name: yaml.safe_load(v) for name, v in (pair.split("=") for pair in text.split())}
 
 
-class Serial:
+class Serial(LineDevice):
     """A device at a port, from which it may be unplugged."""
 
-    def __init__(self, folder, namespace):
-        self.port = folder / "port"
-        self.parameters = {"device": "serial", "port": str(self.port)}
+    def __init__(self, folder, _):
+        self.link = folder / "port"
+        self.parameters = {"device": "serial", "port": str(self.link)}
         self.plug()
 
     def plug(self):
-        self.device = LineDevice()
-        self.port.unlink(missing_ok=True)
-        self.port.symlink_to(self.device.port)
+        super().__init__()
+        self.link.unlink(missing_ok=True)
+        self.link.symlink_to(self.port)
 
     def spoil(self, fault):
-        if self.device.mode == "gone":
+        if not self.running:
             self.plug()
-        self.device.mode = fault
+        self.mode = fault
         if fault == "gone":
-            self.device.close()
+            self.close()
 
-    def tell(self, bench, pressure):
+    def tell(self, *_):
         """It answers by itself."""
 
-    def set_point(self, bench):
-        return self.device.set_points[-1]
-
-    def close(self):
-        self.device.close()
+    def set_point(self, _):
+        return self.heard[-1].number
 
 
-class Modbus:
+class Modbus(ModbusServer):
     """A server whose set-point is absolute, in hPa, and whose measurement has 32 bits."""
 
-    def __init__(self, folder, namespace):
-        self.server, self.fault = ModbusServer(), ""
+    def __init__(self, *_):
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+            super().__init__(probe.getsockname()[1])
         self.parameters = named(
             "device=modbus host=127.0.0.1 command_register=3 command_unit=hPa "
             "command_reference=absolute measured_register=10 measured_format=float32 "
-            f"word_order=little heartbeat_register=20 tcp_port={self.server.port}"
+            f"word_order=little heartbeat_register=20 tcp_port={self.port}"
         )
 
     def spoil(self, fault):
         if self.fault == "gone":
-            self.server = ModbusServer(self.server.port)
-        self.server.mode, self.fault = fault, fault
-        self.server.delay = 0.06 if fault == "slow" else 0.0  # each is in time, three are not
+            super().__init__(self.port)
+        self.fault = fault
+        self.delay = 0.06 if fault == "slow" else 0.0  # each is in time, three are not
         if fault == "gone":
-            self.server.close()
+            self.close()
 
-    def tell(self, bench, pressure):
+    def tell(self, _, pressure):
         packed = struct.pack(">f", WRONG.get(self.fault, pressure))
-        self.server.registers[11], self.server.registers[10] = struct.unpack(">HH", packed)
+        self.registers[11], self.registers[10] = struct.unpack(">HH", packed)
 
-    def set_point(self, bench):
-        return 100.0 * self.server.registers[3] - AIR
-
-    def close(self):
-        self.server.close()
+    def set_point(self, _):
+        return 100.0 * self.registers[3] - AIR
 
 
 class Driver:
     """A node with topics, whose regulator is the second of three valves, absolute, in kPa."""
 
-    def __init__(self, folder, namespace):
+    def __init__(self, _, namespace):
         self.parameters = named(
             "command_topic=valve/set command_type=std_msgs/msg/Float64MultiArray "
             "command_field=data[1] command_length=3 command_unit=kPa command_reference=absolute "
             "measured_topic=valve/state measured_type=sensor_msgs/msg/JointState "
             "measured_field=effort[1]"
         )
-        self.node, self.fault = Node("driver", namespace=namespace), ""
-        self.listen()
-
-    def listen(self):
-        self.heard = self.node.create_subscription(Float64MultiArray, "valve/set", [].append, 10)
+        self.node = Node("driver", namespace=namespace)
+        self.spoil("")
 
     def spoil(self, fault):
-        if self.fault == "gone":
-            self.listen()
         self.fault = fault
         if fault == "gone":
             self.node.destroy_subscription(self.heard)
+        else:
+            self.heard = self.node.create_subscription(Float64MultiArray, "valve/set", print, 10)
 
     def tell(self, bench, pressure):
         efforts = [0.0, WRONG.get(self.fault, pressure)]
@@ -126,7 +118,7 @@ class Driver:
         deliver(bench.node, "state", message)
 
     def set_point(self, bench):
-        other, number, another = bench.told["set"][-1].data
+        other, number, another = bench.told["valve/set"][-1].data
         assert other == another == 1e-3 * AIR
         return 1e3 * number - AIR
 
@@ -137,43 +129,33 @@ class Driver:
 class Bench:
     """The adapter's node in this process; the test has its clock, its timers and its topics."""
 
-    def __init__(self, monkeypatch, namespace, rig, parameters):
+    def __init__(self, monkeypatch, namespace, rig, **given):
         self.now, self.rig = 100.0, rig
         clock = SimpleNamespace(monotonic=lambda: self.now)
         monkeypatch.setattr(regulator_node, "time", clock)
-        given = {**PATIENT, **rig.parameters, **parameters}
-        overrides = [Parameter(name, value=value) for name, value in given.items()]
+        overrides = parameters(**rig.parameters, **given)
         self.node = RegulatorNode(namespace=namespace, parameter_overrides=overrides)
-        self.told = {}
-        for publisher in self.node.publishers:
-            name = publisher.topic.rpartition("/")[2]
-            self.told[name] = []
-            publisher.publish = self.told[name].append
-
-    @property
-    def measured(self):
-        return [message.data for message in self.told["measured_pressure"]]
-
-    @property
-    def state(self):
-        (status,) = self.told["diagnostics"][-1].status
-        return status.level, status.message
+        self.told = overhear(self.node)
+        self.measured = self.told["measured_pressure"]
 
     def tick(self, *commands):
+        """Hear commands and tick; return level and text of the state then."""
         for command in commands:
             deliver(self.node, "pressure_command", Float64(data=command))
         for timer in self.node.timers:
             timer.callback()
+        (status,) = self.told["/diagnostics"][-1].status
+        return status.level, status.message
 
-    def until(self, level, words, pressure):
+    def until(self, level, words, pressure=4.0e4):
         """Command and measure a pressure until the state is this one; time goes on."""
         end = time.monotonic() + DEADLINE
         while True:
             self.rig.tell(self, pressure)
-            self.tick(pressure)
-            if self.state[0] == level and words in self.state[1]:
+            state = self.tick(pressure)
+            if state[0] == level and words in state[1]:
                 return
-            assert time.monotonic() < end, self.state
+            assert time.monotonic() < end, state
             self.now += 0.1
 
     def stop(self, *, requested=True):
@@ -185,12 +167,14 @@ class Bench:
 
 @pytest.fixture
 def made(monkeypatch, namespace, tmp_path):
-    """Makes a bench with a rig, both of which it ends."""
+    """Makes a bench with a rig, both of which it ends; a device is silent after 0.1 s."""
     benches = []
 
-    def make(kind, **parameters):
-        benches.append(Bench(monkeypatch, namespace, kind(tmp_path, namespace), parameters))
-        return benches[-1]
+    def make(kind, **given):
+        # A busy machine is no silent device, where silence is not what is tested.
+        given = given or {"watchdog_timeout": 60.0, "device_timeout": 10.0}
+        benches.append(Bench(monkeypatch, namespace, kind(tmp_path, namespace), **given))
+        return benches[0]
 
     yield make
     for bench in benches:
@@ -217,82 +201,86 @@ Driver stale: more than watchdog_timeout
 Driver nan: got nan
 """
 KINDS = {kind.__name__: kind for kind in (Serial, Modbus, Driver)}
+NEAR = {"abs": 60.0}  # what registers of whole hPa hold
 
 
 @pytest.mark.parametrize("row", rows(FAULTS))
 def test_a_fault_is_told_nothing_is_measured_and_it_ends_vented(made, row):
     kind, fault, words = row.replace(": ", " ", 1).split(" ", 2)
-    kind = KINDS[kind]
-    bench = made(kind, watchdog_timeout=0.5, device_timeout=0.1)
-    near = {"abs": 60.0}  # what registers of whole hPa hold
-    bench.until(OK, "passes commands on", 4.0e4)
-    assert bench.rig.set_point(bench) == pytest.approx(4.0e4, **near)
+    bench = made(KINDS[kind], watchdog_timeout=0.5)
+    bench.until(OK, PASSES)
+    assert bench.rig.set_point(bench) == pytest.approx(4.0e4, **NEAR)
     bench.rig.spoil(fault)
-    bench.told["measured_pressure"].clear()
-    bench.until(ERROR, words, 4.0e4)
+    bench.measured.clear()
+    bench.until(ERROR, words)
     assert (bench.measured == []) is (fault != "refused")
     bench.rig.spoil("")
-    bench.told["measured_pressure"].clear()
-    bench.until(OK, "passes commands on", 3.0e4)
-    assert bench.measured[0] == pytest.approx(3.0e4, **near)  # no late answer
+    bench.measured.clear()
+    bench.until(OK, PASSES, 3.0e4)
+    assert bench.measured[0].data == pytest.approx(3.0e4, **NEAR)  # no late answer
     assert bench.stop() == 0
-    assert bench.rig.set_point(bench) == pytest.approx(0.0, **near)
+    assert bench.rig.set_point(bench) == pytest.approx(0.0, **NEAR)
 
 
 def test_a_device_that_is_gone_at_the_end_makes_the_exit_code_1(made):
-    bench = made(Serial, watchdog_timeout=0.5, device_timeout=0.1)
-    bench.until(OK, "passes commands on", 4.0e4)
+    bench = made(Serial, watchdog_timeout=0.5)
+    bench.until(OK, PASSES)
     bench.rig.spoil("mute")
-    bench.until(ERROR, "", 4.0e4)
+    bench.until(ERROR, "")
     assert bench.stop() == 1
 
 
 def test_an_exception_makes_a_vent_the_last_set_point(made):
     bench = made(Serial)
-    bench.until(OK, "passes commands on", 4.0e4)
+    bench.until(OK, PASSES)
     bench.node.adapter.step = lambda now: 1 / 0
     with pytest.raises(ZeroDivisionError):
         bench.stop(requested=False)
     assert bench.rig.set_point(bench) == 0.0
 
 
-# Time, command, level, set-point, what is said.
+# Time, command, level, set-point, what is said; the time-out is 60 s.
 COMMANDS = """
-0 - OK 0 waiting for the first pressure_command
-0 4e4 OK 4e4 passes commands on
-59 - OK 4e4 passes commands on
-1 - WARN 0 no pressure_command: vented
-1 4e4 WARN 0 vented by the watchdog
-1 0 OK 0 passes commands on
-1 4e4 OK 4e4 passes commands on
-59 nan WARN 4e4 pressure_command must be
-1 nan WARN 0 pressure_command must be
+0 - 0 0 waiting for the first pressure_command
+0 3e5 0 3e5 passes commands on
+0 4e4 0 4e4 passes commands on
+59 - 0 4e4 passes commands on
+1 - 1 0 no pressure_command: vented
+1 4e4 1 0 vented by the watchdog
+1 0 0 0 passes commands on
+1 4e4 0 4e4 passes commands on
+1 3.01e5 1 4e4 pressure_command must be from 0 to 300000 Pa
+1 -1e-9 1 4e4 pressure_command must be
+1 inf 1 4e4 pressure_command must be
+56 nan 1 4e4 pressure_command must be
+1 nan 1 0 pressure_command must be
 """
 
 
-def test_commands_that_stop_or_cannot_be_vent(made):
+def test_a_stream_that_comes_back_is_followed_again_once_it_has_commanded_nothing(made):
     bench = made(Serial)
-    assert bench.rig.device.set_points == []
+    assert bench.rig.heard == []
     for row in rows(COMMANDS):
-        elapsed, command, level, set_point, *words = row.split()
+        elapsed, command, level, set_point, words = row.split(" ", 4)
         bench.now += float(elapsed)
-        bench.tick(*[] if command == "-" else [float(command)])
-        found = (bench.state[0], bench.rig.set_point(bench))
-        assert found == ({"OK": OK, "WARN": WARN}[level], float(set_point)), row
-        assert " ".join(words) in bench.state[1]
+        state = bench.tick(*([] if command == "-" else [float(command)]))
+        assert (state[0][0], bench.rig.set_point(bench)) == (int(level), float(set_point)), row
+        assert words in state[1]
     # An adapter that is killed is survived by the device's own watchdog.
-    assert {message.watchdog_ms for message in bench.rig.device.heard} == {60000}
+    assert {message.watchdog_ms for message in bench.rig.heard} == {60000}
 
 
 def test_a_driver_that_is_slower_than_the_exchanges_stays_wrong_until_it_is_right(made):
     bench = made(Driver)
-    bench.until(OK, "passes commands on", 0.0)
+    bench.until(OK, PASSES, 0.0)
     for fault, level in (("stale", ERROR), ("", OK)):
         bench.rig.spoil(fault)
         bench.rig.tell(bench, 4.0e4)
-        for _ in range(3):
-            bench.tick()
-            assert bench.state[0] == level
+        assert {bench.tick()[0] for _ in range(3)} == {level}
+    # Nothing latched is taken for new, and best effort is heard.
+    qos = {s.topic_name.rpartition("/")[2]: s.qos_profile for s in bench.node.subscriptions}
+    assert qos["pressure_command"].durability is DurabilityPolicy.VOLATILE
+    assert qos["state"].reliability is ReliabilityPolicy.BEST_EFFORT
 
 
 def test_a_measurement_that_is_stale_or_has_lost_its_driver_is_dropped(made):
@@ -301,52 +289,44 @@ def test_a_measurement_that_is_stale_or_has_lost_its_driver_is_dropped(made):
     bench.until(ERROR, "nobody subscribes", 0.0)
     bench.rig.spoil("")
     bench.rig.tell = lambda *_: None  # the next driver has measured nothing yet
-    bench.until(OK, "passes commands on", 0.0)
+    bench.until(OK, PASSES, 0.0)
     assert bench.measured == []
 
 
-def test_nothing_latched_is_taken_for_new_and_best_effort_is_heard(made):
-    bench = made(Driver)
-    qos = {s.topic_name.rpartition("/")[2]: s.qos_profile for s in bench.node.subscriptions}
-    assert qos["pressure_command"].durability is DurabilityPolicy.VOLATILE
-    assert qos["state"].reliability is ReliabilityPolicy.BEST_EFFORT
+# What is given: the parameter that is refused.
+REFUSED = """
+device=modbus: command_format
+device=modbus command_unit=hPa command_offset=-1.0: command_format
+device=serial command_scale=1.0e+9: command_scale
+measured_scale=0.0: measured_scale
+rate=3.9: rate
+watchdog_timeout=0.09: rate
+device_timeout=0.26: device_timeout
+measured_topic=x measured_field=nothing: measured_field
+command_topic=pressure_command: command_topic
+"""
 
 
-@pytest.mark.parametrize(
-    ("parameters", "words"),
-    [
-        ({"device": "modbus"}, "command_format must be"),
-        ({"rate": 1.0, "watchdog_timeout": 0.5, "device_timeout": 0.1}, "rate must be at least"),
-        ({"measured_topic": "x", "measured_field": "nothing"}, "measured_field must be"),
-        ({"command_topic": "pressure_command"}, "command_topic must be"),
-    ],
-)
-def test_a_bad_parameter_is_refused_with_its_name(namespace, parameters, words):
-    given = [Parameter(name, value=value) for name, value in parameters.items()]
-    with pytest.raises(ValueError, match=words):
-        RegulatorNode(namespace=namespace, parameter_overrides=given)
-
-
-def test_the_adapter_may_do_what_it_does_and_nothing_else(client, namespace):
-    granted = rights_by_enclave(namespace)["regulator"]
-    own = {("publish", f"{namespace}/regulator/set_point")}
-    node = RegulatorNode(namespace=namespace)
-    client.wait_until(lambda: used_rights(client, REGULATOR_NODE) >= own, "the driver's topic")
-    used = used_rights(client, REGULATOR_NODE)
-    node.destroy_node()
-    assert used <= granted
+@pytest.mark.parametrize("row", rows(REFUSED))
+def test_what_does_not_fit_is_refused_with_its_name(namespace, row):
+    given, name = row.split(": ")
+    with pytest.raises(ValueError, match=f"{name} must be"):
+        RegulatorNode(namespace=namespace, parameter_overrides=parameters(**named(given)))
 
 
 def test_the_whole_exchange_has_one_time_limit(made):
-    bench = made(Modbus, watchdog_timeout=0.5, device_timeout=0.1)
-    bench.until(OK, "passes commands on", 4.0e4)
+    bench = made(Modbus, watchdog_timeout=0.5)
+    bench.until(OK, PASSES)
     bench.tick(4.0e4)
-    written = bench.rig.server.written
+    written = bench.rig.written
     assert (3, [1413]) in written  # 1413.25 hPa
     # The set-point goes before the heartbeat, which counts.
     assert [register for register, _ in written][:2] == [3, 20]
     beats = [values[0] for register, values in written if register == 20]
     assert beats == list(range(1, len(beats) + 1))
     bench.rig.spoil("slow")
-    bench.tick()
-    assert bench.node.adapter.link_errors == 1
+    # One error is no lost link before the time-out.
+    for elapsed, level in ((0.49, OK), (0.02, ERROR)):
+        bench.now += elapsed
+        assert bench.tick()[0] == level
+    assert bench.node.adapter.link_errors == 2

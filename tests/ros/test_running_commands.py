@@ -5,126 +5,106 @@ import json
 import re
 import shlex
 import signal
-import subprocess
-import sys
-from types import SimpleNamespace
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from ros.control_bench import rows
-from ros.harness import DEADLINE
+from ros.programs import PROGRAM, rest_of, start
 
 from spiral_gripper.cli.main import run
+from spiral_gripper.cli.output import print_json
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.tools import commands
-
-COMMAND = "import sys; from spiral_gripper.cli.main import run; sys.exit(run(sys.argv[1:]))"
 
 
 @pytest.fixture
 def ask(active, capsys):
-    """Run a command for the node; return exit code, output and kind."""
+    """Run a command for the node, whose client goes on meanwhile; return exit code and output."""
 
-    def asked(*arguments):
-        code = run([*arguments, "--namespace", active.get_namespace()])
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
+    def asked(line):
+        given = [*shlex.split(line), "--namespace", active.get_namespace()]
+        with ThreadPoolExecutor() as pool:
+            code = pool.submit(run, given)
+            active.wait_until(code.done, "the end")
+        return code.result(), capsys.readouterr().out
 
-    assert active.set_parameter("pressure.settle_time", 0.1).successful
+    active.change("pressure.settle_time", 0.1)
     return asked
 
 
-def started(*arguments):
-    return subprocess.Popen(
-        [sys.executable, "-c", COMMAND, *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
+# Command, exit code, what is said.
+ANSWERS = r"""
+plan -> 0 57\.0[\s\S]+1\.96
+plan --json -> 0 "pressure": 57\d\d\d\.
+plan --radius '60 mm' -> 1 cannot be gripped
+grasp --radius '60 mm' --json -> 1 "reason": "RADIUS_TOO_LARGE"
+"""
+HELD = r"""
+plan --overpressure '3 kPa' --friction 0.4 --payload '5 g' -> 0 0\.005 kg held with 0\.\d+ N
+plan --overpressure '3 kPa' --friction 0.4 --payload '2 kg' -> 1 payload          2 kg NOT held
+"""
+SLOW = [pytest.param(row, marks=pytest.mark.slow) for row in rows(HELD)]
 
 
-PLAN = ("plan", "--radius", "20 mm")
-HELD = (*PLAN, "--overpressure", "3 kPa", "--friction", "0.4", "--payload")
-SLOW = pytest.mark.slow
-
-
-@pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        (PLAN, 0, r"57\.0[\s\S]+1\.96"),
-        ((*PLAN, "--json"), 0, r'"pressure": 57\d\d\d\.'),
-        (("plan", "--radius", "60 mm"), 1, "cannot be gripped"),
-        (("grasp", "--radius", "60 mm", "--json"), 1, '"reason": "RADIUS_TOO_LARGE"'),
-        pytest.param((*HELD, "5 g"), 0, r"0\.005 kg held with 0\.\d+ N", marks=SLOW),
-        pytest.param((*HELD, "2 kg"), 1, "payload          2 kg NOT held", marks=SLOW),
-    ],
-)
-def test_an_answer_says_whether_and_with_what_and_moves_nothing(
-    active, ask, arguments, code, words
-):
-    got, out, _ = ask(*arguments)
-    assert got == code
-    assert re.search(words, out), out
+@pytest.mark.parametrize("row", [*rows(ANSWERS), *SLOW])
+def test_an_answer_says_whether_and_with_what_and_moves_nothing(active, ask, row):
+    line, expected = row.split(" -> ")
+    code, said = ask(line.replace("plan", "plan --radius '20 mm'"))
+    assert (str(code), bool(re.search(expected[2:], said))) == (expected[0], True), said
     assert active.pressures[-1] == 0.0
 
 
 def test_grasp_holds_when_it_has_ended_and_release_lets_go(active, ask):
-    code, out, _ = ask("grasp", "--radius", "20 mm", "--overpressure", "1 kPa")
-    assert (code, "wraps 20 mm at " in out) == (0, True)
-    active.wait_for_state(State.GRASPING)
-    active.wait_until(lambda: active.pressures[-1] > 5.0e4, "its pressure")
-    code, out, _ = ask("status")
-    assert (code, "wrapped          yes" in out) == (0, True)
-    code, out, _ = ask("release")
-    assert (code, "vented, as commanded" in out) == (0, True)
-    active.wait_until(lambda: active.pressures[-1] == 0.0, "the vent")
-    assert ask("status")[0] == 0  # released on purpose: no trouble
+    for line, words, state in (
+        ("grasp --radius '20 mm' --overpressure '1 kPa'", "wraps 20 mm at ", State.GRASPING),
+        ("status", "wrapped          yes", State.GRASPING),
+        ("release", "vented, as commanded", State.RELEASED),
+        ("status", "RELEASED", State.RELEASED),  # on purpose: no trouble
+    ):
+        code, said = ask(line)
+        assert (code, words in said) == (0, True), said
+        active.wait_for_state(state)
+        active.wait_until(
+            lambda held=state is State.GRASPING: (active.pressures[-1] > 5.0e4) is held, line
+        )
 
 
-def test_a_release_whose_pressure_stays_is_exit_code_1(active):
+def test_a_release_whose_pressure_stays_is_exit_code_1(active, ask):
     active.regulator = lambda pressure: 4.0e4
     active.wait_until(lambda: active.status.measured_pressure, "the measured pressure")
-    for arguments, words in ((("release", "--timeout", "0.5"), "still 40 kPa"), (("status",), "")):
-        with started(*arguments, "--namespace", active.get_namespace()) as end:
-            active.wait_until(lambda end=end: end.poll() is not None, "the end")
-            assert end.returncode == 1  # PRESSURE_HIGH
-            assert words in end.stdout.read()
+    for line, words in (("release --timeout 0.5", "still 40 kPa"), ("status", "PRESSURE_HIGH")):
+        code, said = ask(line)
+        assert (code, words in said) == (1, True), said
 
 
 def test_ctrl_c_cancels_the_grasp(active):
-    assert active.set_parameter("pressure.rate_up", 500.0).successful
-    with started("grasp", "--radius", "20 mm", "--namespace", active.get_namespace()) as grasp:
+    active.change("pressure.rate_up", 500.0)
+    space = active.get_namespace()
+    with start(PROGRAM, "grasp", "--radius", "20 mm", "--namespace", space) as process:
         active.wait_until(
-            lambda: active.status.state == State.GRASPING and active.pressures[-1] > 0.0,
-            "the grasp",
+            lambda: active.status.state == State.GRASPING and active.pressures[-1] > 0.0, "it"
         )
-        grasp.send_signal(signal.SIGINT)
-        active.wait_for_state(State.RELEASED)
-        assert grasp.wait(DEADLINE) == 2
-        assert "interrupted" in grasp.stdout.read()
-    active.wait_until(lambda: active.pressures[-1] == 0.0, "the vent")
+        code, said = rest_of(process, signal.SIGINT)
+    assert (code, "interrupted" in said) == (2, True), said
+    active.wait_for_state(State.RELEASED)
+    active.wait_for_vent()
 
 
-def test_watch_shows_the_node_and_ends_in_time(active):
+def test_watch_shows_the_node_and_ends_in_time(active, ask):
     active.wrap(0.02)
-    for duration in ("2", "10", "60"):  # within which it finds the node, however busy the machine
-        with started(
-            "watch", "--duration", duration, "--namespace", active.get_namespace()
-        ) as watch:
-            active.wait_until(lambda watch=watch: watch.poll() is not None, "the end")
-            shown = watch.stdout.read()
-        assert watch.returncode == 0, shown
-        if "57.0" in shown:
+    for duration in (2, 10, 60):  # within which it finds the node, however busy the machine
+        code, said = ask(f"watch --duration {duration}")
+        assert code == 0
+        if "57.0" in said:
             break
-    assert "57.0" in shown
-    assert "tracking" in shown
+    assert "57.0" in said
+    assert "tracking" in said
 
 
-@pytest.mark.parametrize(
-    "arguments", [["plan", "--radius", "20 mm"], ["grasp"], ["release"], ["status"]]
-)
-def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, arguments):
+@pytest.mark.parametrize("command", ["plan --radius 20mm", "grasp", "release", "status"])
+def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, command):
     monkeypatch.setattr(commands, "DISCOVERY_TIMEOUT", 0.3)
-    assert run([*arguments, "--namespace", "/nobody"]) == 2
+    assert run([*command.split(), "--namespace", "/nobody"]) == 2
     assert "spiral_gripper_node --ros-args -r __ns:=/nobody" in capsys.readouterr().err
 
 
@@ -150,9 +130,6 @@ def test_what_cannot_be_is_refused_in_one_line_before_anything_is_sent(capsys, r
     assert (captured.out, captured.err.count("\n")) == ("", 1)
 
 
-def test_json_has_null_for_what_is_no_number(monkeypatch, capsys):
-    document = {"pressure": float("nan"), "forces": [1.0, float("inf")]}
-    answer = SimpleNamespace(document=document, lines=[], good=True)
-    monkeypatch.setattr(commands, "status", lambda namespace: answer)
-    assert run(["status", "--json"]) == 0
+def test_json_has_null_for_what_is_no_number(capsys):
+    print_json({"pressure": float("nan"), "forces": [1.0, float("inf")]})
     assert json.loads(capsys.readouterr().out) == {"pressure": None, "forces": [1.0, None]}

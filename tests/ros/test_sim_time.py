@@ -4,10 +4,10 @@
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from rclpy.parameter import Parameter
+from ros.grasp_goals import Goals
 from ros.harness import deliver, serve
+from ros.local_nodes import change, offer, state_of
 from rosgraph_msgs.msg import Clock
-from std_msgs.msg import Float64
 
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL
@@ -24,42 +24,37 @@ class SimulatedTime:
     def __init__(self, node, client):
         self.node, self.client, self.now = node, client, 0
         self.commands = node.published
-        self.set(use_sim_time=True)
-        self.set(**{"pressure.rate_up": RATE, "radius.timeout": 3600.0})
         client.spinner.add_node(node)
 
-    def set(self, **values):
-        given = [Parameter(name, value=value) for name, value in values.items()]
-        assert all(result.successful for result in self.node.set_parameters(given))
-
-    def advance(self, step=STEP):
-        """Let a time pass [ns] and return the command then."""
-        self.now += step
-        time = Time(sec=self.now // 10**9, nanosec=self.now % 10**9)
+    def hear(self, nanoseconds):
+        time = Time(sec=nanoseconds // 10**9, nanosec=nanoseconds % 10**9)
         deliver(self.node, "clock", Clock(clock=time))
-        before = len(self.commands)
-        self.client.wait_until(lambda: step <= 0 or len(self.commands) > before, "a tick")
+
+    def advance(self, step=STEP, count=1):
+        """Let a time pass [ns], again and again, and return the command then."""
+        for _ in range(count):
+            self.now += step
+            self.hear(self.now)
+            self.wait_for_tick(len(self.commands) + (step > 0))
         return self.commands[-1]
 
-    def follow(self, radius=0.02):
-        deliver(self.node, "object_radius", Float64(data=radius))
+    def wait_for_tick(self, count):
+        self.client.wait_until(lambda: len(self.commands) >= count, "a tick")
 
     def ramp(self):
         """Follow a radius until it is wrapped; return the commands by the way."""
-        self.follow()
+        self.advance()
+        offer(self.node)
         commands = [0.0, self.advance()]
         while commands[-1] != commands[-2]:
             commands.append(self.advance())
         return commands
 
-    @property
-    def seen(self):
-        return self.node.runtime.control.snapshot()
-
 
 @pytest.fixture
 def simulated(node, client):
     assert node.trigger_deactivate()
+    change(node, use_sim_time=True, pressure__rate_up=RATE, radius__timeout=3600.0)
     simulated = SimulatedTime(node, client)
     assert node.trigger_activate()
     yield simulated
@@ -69,65 +64,73 @@ def simulated(node, client):
 def test_before_the_clock_runs_nothing_is_commanded(simulated):
     told, wait_until = [], simulated.client.wait_until
     simulated.node.runtime.outputs.publish_diagnostics = told.append
-    simulated.follow()
-    wait_until(lambda: told and CLOCK_STANDS_STILL in told[-1].status[0].message, "a warning")
+
+    def is_told():
+        return told and CLOCK_STANDS_STILL in told[-1].status[0].message
+
+    offer(simulated.node)
+    wait_until(is_told, "a warning")
     assert not any(simulated.commands)
-
-    def runs():
-        simulated.advance()
-        return CLOCK_STANDS_STILL not in told[-1].status[0].message
-
-    wait_until(runs, "the end of the warning")
+    wait_until(lambda: simulated.advance() is not None and not is_told(), "the warning's end")
 
 
-def test_the_ramp_follows_the_clock_and_a_pause_holds_up_no_vent(simulated):
-    simulated.advance()
+def test_the_ramp_follows_the_clock_through_a_reset_and_a_stop_while_it_pauses_vents(simulated):
     commands = simulated.ramp()
     assert np.diff(commands).max() <= RISE
     assert len(commands) == pytest.approx(commands[-1] / RISE, abs=4)
-    assert serve(simulated.node, "vent", None).success
+    simulated.advance(10**9 - simulated.now)
+    assert {simulated.advance() for _ in range(5)} == {commands[-1]}
+    simulated.node.vent()
     assert simulated.commands[-1] == 0.0
 
 
 def test_a_clock_that_pauses_freezes_the_command_and_goes_on_without_a_jump(simulated):
     simulated.advance()
-    simulated.follow()
-    before = [simulated.advance() for _ in range(10)][-1]
+    offer(simulated.node)
+    before = simulated.advance(count=10)
     count = len(simulated.commands)
     simulated.client.spin(0.5)
     assert len(simulated.commands) == count
-    simulated.follow(0.021)
+    offer(simulated.node, 0.021)
     assert simulated.commands[-1] == before
     after = simulated.advance()
     assert 0.0 < after - before <= RISE
     # Nor is an hour's leap one of the command: the ramp's longest step is 0.1 s.
     assert simulated.advance(3600 * 10**9) - after <= RATE * 0.1 * (1.0 + 1e-9)
+    assert serve(simulated.node, "vent", None).success
+    assert simulated.commands[-1] == 0.0
 
 
 def test_a_radius_grows_old_in_simulated_time_only(simulated):
-    simulated.set(**{"radius.timeout": 0.2})
+    change(simulated.node, radius__timeout=0.2)
     simulated.advance()
-    simulated.follow()
+    offer(simulated.node)
     simulated.client.spin(0.5)
     simulated.advance()
-    assert simulated.seen.state is State.TRACKING
-    for _ in range(10):
-        simulated.advance()
-    assert (simulated.seen.state, simulated.seen.refusal.reason) == (
-        State.HOLDING,
-        Reason.RADIUS_STALE,
-    )
+    assert state_of(simulated.node) == (State.TRACKING, Reason.NONE)
+    simulated.advance(count=10)
+    assert state_of(simulated.node) == (State.HOLDING, Reason.RADIUS_STALE)
 
 
-def test_a_simulation_that_is_reset_goes_on(simulated):
+def test_a_bad_sample_of_the_clock_does_not_let_go(simulated, capfd):
     simulated.advance()
-    held = simulated.ramp()[-1]
-    simulated.advance(10**9 - simulated.now)
-    assert {simulated.advance() for _ in range(5)} == {held}
+    before = simulated.node.runtime.now()
+    offer(simulated.node)
+    simulated.hear(-7 * 10**9)
+    assert "Seconds value must not be negative" in capfd.readouterr().err
+    assert state_of(simulated.node) == (State.TRACKING, Reason.NONE)
+    simulated.advance(10**9)
+    assert simulated.node.runtime.now() == pytest.approx(before + 1.0)
 
 
-def test_a_stop_while_the_clock_pauses_vents(simulated):
+def test_a_goal_and_its_cancel_are_commanded_at_once_not_at_the_next_tick(simulated):
+    """The clock stands still: no tick comes."""
     simulated.advance()
-    assert simulated.ramp()[-1] > 0.0
-    simulated.node.vent()
-    assert simulated.commands[-1] == 0.0
+    goals, before = Goals(simulated.client), len(simulated.commands)
+    goal = goals.grasp(0.02)
+    simulated.wait_for_tick(before + 1)
+    assert state_of(simulated.node)[0] is State.GRASPING
+    assert goal.cancel()
+    assert len(simulated.commands) == before + 2
+    assert goal.end()[1].reason == Reason.GRASP_CANCELED
+    goals.close()

@@ -2,101 +2,59 @@
 """`spiral-gripper simulate`, as people start it, watch it, break it and stop it."""
 
 import os
-import re
 import shlex
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from ros.harness import DEADLINE
-from ros.programs import SIMULATE, wait_for_the_end_of
+from ros.programs import PROGRAM, line_with, rest_of, start
 
 from spiral_gripper.cli.main import run
 from spiral_gripper.cli.ros import side as ros_side
 from spiral_gripper.cli.ros import simulate as cli_simulate
-from spiral_gripper.cli.ros.simulate import FAULTS
 from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.tools.injection import injection_name
-from spiral_gripper_ros.tools.simulate import program
 
 # Command and measurement are heard, and the node believes that the object is held.
 WRAPPED = r"\d +\d+\.\d\d +perfect wrap  yes"
-
-
-def read_until(process, pattern):
-    """Return the lines up to the first that has a part like a pattern."""
-    lines = []
-    for line in process.stdout:
-        lines.append(line)
-        if re.search(pattern, line):
-            return lines
-    raise AssertionError(f"no {pattern!r} in {''.join(lines)}")
-
-
-def child_running(process, module):
-    """Return the id of the child process that runs a module."""
-    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
-    (found,) = [
-        int(child)
-        for child in children
-        if module in Path(f"/proc/{child}/cmdline").read_bytes().decode().split("\0")
-    ]
-    return found
+VENTED = "vented; node and simulator have ended"
 
 
 def test_it_runs_for_its_duration_and_ends_vented():
-    done = subprocess.run(
-        [*SIMULATE, "--duration", "1", "--noise", "0.01 mm"],
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert "inject leak --namespace" in done.stdout
-    assert done.stdout.rstrip().endswith("vented; node and simulator have ended")
-    assert "Traceback" not in done.stdout + done.stderr
-    assert "\x1b" not in done.stdout
+    with start(PROGRAM, "simulate", "--duration", "1", "--noise", "0.01 mm") as process:
+        code, said = rest_of(process)
+    assert (code, said.rstrip().endswith(VENTED), "\x1b" in said) == (0, True, False), said
 
 
 @pytest.mark.slow
 def test_a_fault_is_injected_from_another_terminal_and_control_c_ends_it_vented(simulation):
-    lines = read_until(simulation, WRAPPED)
     # The command is printed as it is to be pasted.
-    (pasted,) = [shlex.split(line) for line in lines if "inject leak" in line]
-    injected = subprocess.run(pasted, capture_output=True, text=True, check=False, cwd="/")
-    assert injected.returncode == 0, injected.stderr
+    pasted = shlex.split(line_with(simulation, "inject leak"))
+    line_with(simulation, WRAPPED)
+    injected = subprocess.run(pasted, capture_output=True, text=True, check=True, cwd="/")
     assert (injected.stdout, injected.stderr) == ("fault: leak\n", "")
-    read_until(simulation, "leak, weak supply")
-    os.killpg(simulation.pid, signal.SIGINT)  # as a terminal does: the children get it too
-    output = simulation.stdout.read()
-    assert simulation.wait(DEADLINE) == 0, output
-    assert output.rstrip().endswith("vented; node and simulator have ended")
-    assert "Traceback" not in output
-    wait_for_the_end_of(simulation.pid)
+    line_with(simulation, "leak, weak supply")
+    code, said = rest_of(simulation, signal.SIGINT)
+    assert (code, said.rstrip().endswith(VENTED)) == (0, True), said
 
 
 def test_control_c_at_the_very_start_is_no_failure(simulation):
-    read_until(simulation, "inject leak")  # the children have not installed their handlers yet
-    os.killpg(simulation.pid, signal.SIGINT)
-    output = simulation.stdout.read()
-    assert simulation.wait(DEADLINE) == 0, output
-    assert "Traceback" not in output
+    line_with(simulation, "inject leak")  # the children have not installed their handlers yet
+    assert rest_of(simulation, signal.SIGINT)[0] == 0
 
 
 @pytest.mark.slow
 def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulation):
-    read_until(simulation, WRAPPED)
-    os.kill(child_running(simulation, "spiral_gripper_ros.node.main"), signal.SIGKILL)
-    output = simulation.stdout.read()
-    assert simulation.wait(DEADLINE) == 1
-    assert "the node has ended by itself, with exit code -9" in output
-    assert "the last command was" in output
-    assert "grips radii from" in output  # from the log
-    assert "Traceback" not in output
+    line_with(simulation, WRAPPED)
+    children = Path(f"/proc/{simulation.pid}/task/{simulation.pid}/children").read_text()
+    os.kill(int(children.split()[1]), signal.SIGKILL)
+    code, said = rest_of(simulation)
+    assert code == 1
+    for words in ("the node has ended by itself, with exit code -9", "the last command was"):
+        assert words in said
+    assert "grips radii from" in said  # from the log
 
 
 @pytest.mark.parametrize("missing", ros_side.ROS_SIDE)
@@ -105,23 +63,17 @@ def test_without_ros_it_says_so_in_one_line(missing, monkeypatch, capsys):
     monkeypatch.setattr(ros_side, "find_spec", lambda n: None if n == missing else found(n))
     assert run(["simulate"]) == 2
     captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.count("\n") == 1
+    assert (captured.out, captured.err.count("\n")) == ("", 1)
     assert f"{missing} is not installed" in captured.err
 
 
-def test_the_command_takes_what_the_simulator_takes_and_names_what_is_there(tmp_path, monkeypatch):
-    assert set(FAULTS) == {fault.value for fault in Fault}
+def test_the_command_takes_what_the_simulator_takes_and_names_what_is_there():
+    assert set(cli_simulate.FAULTS) == {fault.value for fault in Fault}
     high = {spec.name: spec.high for spec in RadiusParameters.specs()}
     most = {
         option.name: getattr(option.type, "most", "") for option in cli_simulate.simulate.params
     }
     assert most["radius"] == f"{high['radius']:g} m"
     assert most["noise"] == f"{high['estimate_noise']:g} m"
-    assert injection_name("/", Fault.LEAK) == "/simulated_regulator/inject_leak"
-    assert injection_name("left/", Fault.LEAK) == "/left/simulated_regulator/inject_leak"
-    script = tmp_path / "my tools"
-    monkeypatch.setattr(sys, "argv", [str(script)])
-    assert program() == "spiral-gripper"
-    script.touch(0o755)
-    assert shlex.split(program()) == [str(script)]
+    for space, full in (("/", ""), ("left/", "/left")):
+        assert injection_name(space, Fault.NONE) == f"{full}/simulated_regulator/clear_fault"

@@ -3,35 +3,21 @@
 
 import os
 import signal
-import subprocess
-import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from browser import PATIENCE, appears, opened, studio, wait_until
+from ros.programs import PROGRAM, line_with, rest_of, start
 
 from spiral_gripper.studio.live import HoldingFigures, NodeState, live_text
-
-HEARD = NodeState(
-    age=0.0,
-    state="tracking",
-    command=5.0e4,
-    target=5.7e4,
-    measured=None,
-    object_radius=None,
-    regime="overhang",
-    held=None,
-    troubles=("it leaks",),
-    tube=np.zeros((2, 3)),
-    outer_radius=0.005,
-    placement=None,
-)
 
 
 def test_what_holds_is_said_with_its_direction():
     held = HoldingFigures(contact_length=0.1, normal_force=1.5, away=0.22, towards=0.31)
-    text = live_text(replace(HEARD, held=held, measured=5.1e4, object_radius=0.02))
+    scene = np.zeros((2, 3)), 0.005, None
+    text = live_text(
+        NodeState(0.0, "tracking", 5.0e4, 5.7e4, 5.1e4, 0.02, "overhang", held, (), *scene)
+    )
     for said in ("100 mm in contact", "with 1.5 N", "**0.22 N** away", "0.31 N towards", "51 kPa"):
         assert said in text
 
@@ -54,10 +40,7 @@ def test_the_page_follows_a_node_until_it_is_silent(simulation, namespace):
 
 
 def test_without_a_node_the_page_waits(namespace):
-    code = "import sys; from spiral_gripper.cli.main import run; sys.exit(run(sys.argv[1:]))"
-    command = [sys.executable, "-c", code, "studio", "--ros", "--namespace", namespace]
-    with subprocess.Popen([*command, "--no-browser"], stdout=subprocess.PIPE, text=True) as page:
-        said = next(line for line in page.stdout if "Ctrl-C" in line)
+    with start(PROGRAM, "studio", "--ros", "--namespace", namespace, "--no-browser") as page:
+        said = line_with(page, "Ctrl-C")
         assert said.startswith(f"studio of the node in {namespace}: http://")
-        page.send_signal(signal.SIGINT)
-        assert page.wait(PATIENCE) == 0
+        assert rest_of(page, signal.SIGINT)[0] == 0

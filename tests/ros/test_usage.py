@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The help of the programs names every parameter, and nothing is started."""
 
-import re
-
 import pytest
 
 from spiral_gripper_ros.node.main import main as node
@@ -17,18 +15,11 @@ SIMULATED = SimulatedRegulatorParameters.specs() + RadiusParameters.specs()
 
 
 @pytest.mark.parametrize(
-    ("main", "option", "specs"),
-    [
-        (node, "-h", PARAMETERS),
-        (regulator, "--help", REGULATOR_PARAMETERS),
-        (simulator, "--help", SIMULATED),
-    ],
+    ("main", "specs"),
+    [(node, PARAMETERS), (regulator, REGULATOR_PARAMETERS), (simulator, SIMULATED)],
 )
-def test_help_is_printed_and_no_node_started(main, option, specs, capsys):
-    assert main([option]) == 0
-    captured = capsys.readouterr()
-    assert captured.out.startswith("usage: spiral_gripper_")
-    assert captured.err == ""
-    told = dict(re.findall(r"^  ([\w.]+) \((.*?)\): ", captured.out, re.MULTILINE))
-    assert all(spec.span in told[spec.name] for spec in specs)
-    assert all(("fixed" in told[spec.name]) is spec.read_only for spec in specs)
+def test_help_is_printed_and_no_node_started(main, specs, capsys):
+    assert main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("usage: spiral_gripper_")
+    assert all(f"\n  {spec.name} (" in said and spec.span in said for spec in specs)
