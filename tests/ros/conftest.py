@@ -30,7 +30,7 @@ import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 from ros.client_harness import PATIENCE
-from ros.control_bench import SUCCEEDED, Bench
+from ros.control_bench import Bench
 from ros.harness import (
     BARE,
     FAST_RAMP,
@@ -45,7 +45,6 @@ from ros.local_nodes import change, offer, parameters
 from spiral_core import WrapCurve
 from spiral_gripper import load_gripper
 from spiral_gripper_ros.client import SpiralGripper
-from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.runtime.runtime import Outputs
 
@@ -141,15 +140,6 @@ def told(node, monkeypatch):
 @pytest.fixture
 def bench():
     return Bench()
-
-
-@pytest.fixture
-def holding(bench):
-    """A bench that has grasped a 20 mm object at its wrap pressure of 50 kPa, measured."""
-    bench.grasped = bench.grasp()
-    assert bench.end(bench.grasped) == (SUCCEEDED, Reason.NONE)
-    bench.run(0.5)
-    return bench
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from spiral_gripper_ros.control.grasp import GraspGoal, GraspOutcome
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
 from spiral_gripper_ros.control.refusals import RECONFIGURED
+from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 
@@ -27,72 +28,158 @@ LIMITS = Limits(
 )
 TICK = 0.02
 WRAP = 5.0e4  # of the bench's planner at 20 mm [Pa]
-RUNNING, SUCCEEDED = GraspOutcome.RUNNING, GraspOutcome.SUCCEEDED
-FAILED, CANCELED = GraspOutcome.FAILED, GraspOutcome.CANCELED
-NOT_CERTIFIED = SolverError(RodStatus.UNSTABLE, 1.0, 7)
-# What can be wrong with a regulator, the pressure at which it is stuck, and what that is called.
-FAULTS = [
-    ("leak", 0.0, Reason.PRESSURE_LOW),
-    ("stuck", 0.0, Reason.PRESSURE_LOW),
-    ("stuck", 9.0e4, Reason.PRESSURE_HIGH),
-    ("lost", 0.0, Reason.PRESSURE_LOST),
-    ("unplugged", 0.0, Reason.PRESSURE_INVALID),
-]
+SUCCEEDED = GraspOutcome.SUCCEEDED
+
+
+def rows(table):
+    """Return the rows of a table; a line that is indented goes on with the one before."""
+    return table.strip().replace("\n  ", " ").splitlines()
+
+
+SHORT = """
+track: run 1.5 0.02
+hold: grasp; run 2
+keeps: grasp abort_policy=AbortPolicy.HOLD
+unmeasured: breaks fault=RegulatorFault.LOST
+leaks: breaks fault=RegulatorFault.LEAK
+sound: breaks fault=RegulatorFault.NONE
+hang: leap 1; breaks pressure=0 latched=yes
+cut: limit pressure_cap=3e4
+raised: limit pressure_cap=9e4
+unknown: limit grip_ratio=none
+uncertified: gravity error=uncertified
+certified: gravity error=none
+heavy: gravity product=1.2e3
+vents: limit pressure_fault_policy=FaultPolicy.VENT
+restart: call activate take_over=yes
+"""
+SHORT = dict(row.split(": ") for row in rows(SHORT))
+VALUES = {
+    "none": None,
+    "yes": True,
+    "reconfigured": RECONFIGURED,
+    "uncertified": SolverError(RodStatus.UNSTABLE, 1.0, 7),
+} | {
+    str(one): one
+    for kind in (AbortPolicy, FaultPolicy, TimeoutPolicy, WrapRegime, RegulatorFault)
+    for one in kind
+}
+
+
+def value(word):
+    try:
+        return float(word)
+    except ValueError:
+        return VALUES.get(word, word)
+
+
+def snapshot(state, refusal=NOT_REFUSED, **fields):
+    """A snapshot of which nothing but its state is known, and these fields."""
+    unknown = dict.fromkeys(("radius", "plan", "radius_age"))
+    figures = dict.fromkeys(("pressure_target", "pressure_command", "accepted"), 0)
+    return Snapshot(state, refusal, **unknown | figures | {"refused": Counter()} | fields)
 
 
 class Bench:
-    """The control logic, a regulator that may measure, and a clock that the test winds."""
+    """The control logic, a regulator that may measure, and a clock that the test winds.
 
-    def __init__(self, **limits):
-        self.limits = replace(LIMITS, **limits)
-        self.control = GripControl(self.limits)
-        self.planner = FakePlanner()
-        self.regulator = FakeRegulator()
-        self.is_measured = True
-        self.sees = regime_at
-        self.now = 100.0
-        self.grasped = None
+    What it can do are steps of a course: "run 1 0.02; grasp radius=none timeout=0.3; call release".
+    """
+
+    def __init__(self, limits=LIMITS):
+        super().__init__()
+        self.limits, self.control = limits, GripControl(limits)
+        self.planner, self.regulator = FakePlanner(), FakeRegulator()
+        self.sees, self.force, self.now, self.goals = "honest", None, 100.0, []
         self.control.activate()
 
     def follow(self, course):
         """Take the steps of a course; return what the last one answers."""
-        return play(self, course)
+        answer, steps = None, (SHORT.get(step, step) for step in course.split("; "))
+        for step in "; ".join(steps).split("; "):
+            name, *words = step.split()
+            given = [value(word) for word in words if "=" not in word]
+            named = (word.split("=") for word in words if "=" in word)
+            answer = getattr(self, name)(*given, **{key: value(word) for key, word in named})
+        return answer
 
     def run(self, duration, radius=None):
         """Tick for a while, with a radius before every tick if given; return the commands."""
         return [self.tick(radius) for _ in range(round(duration / TICK))]
 
-    def tick(self, radius=None):
-        self.now += TICK
+    def tick(self, radius=None, period=TICK):
+        """Return the command, or None where nothing is commanded."""
+        self.now += period
         if radius is not None:
             self.radius(radius)
-        measured = self.regulator.step(self.seen.pressure_command, TICK)
-        if self.is_measured and measured is not None:
+        measured = self.regulator.step(self.seen.pressure_command, period)
+        if measured is not None:
             self.control.offer_measured(self.now, measured)
-        command = self.control.command(self.now)
+        command = self.command()
         self.look()
-        return command
+        return None if self.control.is_silent else command
 
     def radius(self, radius):
         return self.control.offer_radius(self.now, radius, self.planner)
 
+    def command(self):
+        return self.control.command(self.now)
+
     def look(self):
-        seen, regime = self.seen, None
-        if seen.plan is not None:
-            regime = self.sees(seen.pressure, seen.plan.pressure)
-        self.control.observe(self.now, regime)
+        """Observe the regime that it is to see, or what is honest."""
+        seen, self.regime = self.seen, self.sees
+        if self.sees == "honest":
+            self.regime = seen.plan and regime_at(seen.pressure, seen.plan.pressure)
+        self.control.observe(self.now, self.regime, self.force)
+
+    def measure(self, *pressures):
+        """Measure these pressures in turn for longer than all time-outs."""
+        self.regulator.fault = RegulatorFault.STUCK
+        for step in range(700):
+            self.regulator.pressure = pressures[step % len(pressures)]
+            self.tick()
+        self.regulator.fault = RegulatorFault.NONE
 
     def grasp(self, radius=0.02, **goal):
-        self.grasped = self.control.start_grasp(self.now, GraspGoal(radius, **goal), self.planner)
-        return self.grasped
+        goal = GraspGoal(radius, **goal)
+        self.goals.append(self.control.start_grasp(self.now, goal, self.planner))
+        return self.goals[-1]
 
-    def end(self, grasp):
-        """Tick until a grasp ends; return how and why."""
-        start = self.now
-        while grasp.report.outcome is RUNNING:
-            assert self.now - start <= 5.0, "it does not end"
-            self.tick()
-        return grasp.report.outcome, grasp.report.refusal.reason
+    def open(self, timeout=None):
+        self.goals.append(self.control.start_release(self.now, ReleaseGoal(timeout)))
+
+    def cancel(self):
+        self.control.cancel(self.now, self.goals[-1])
+
+    def call(self, name, *arguments, **named):
+        """Call a method of the control logic."""
+        return getattr(self.control, name)(*arguments, **named)
+
+    def refused(self):
+        self.control.refuse(Refusal(Reason.GRAVITY_INVALID, "gravity must be finite"))
+
+    def give(self, **values):
+        vars(self).update(values)
+
+    def limit(self, **limits):
+        self.limits = replace(self.limits, **limits)
+        self.control.reconfigure(self.limits)
+
+    def plan(self, **answers):
+        """Change what the planner answers: its product, error, recommended, highest_good, loss."""
+        vars(self.planner).update(answers)
+
+    def gravity(self, **answers):
+        """Change that, and plan anew."""
+        self.plan(**answers)
+        self.control.replan(self.planner)
+
+    def breaks(self, **values):
+        """Change fault and pressure of the regulator."""
+        vars(self.regulator).update(values)
+
+    def leap(self, duration):
+        self.now += duration
 
     @property
     def seen(self):
@@ -107,171 +194,9 @@ class Bench:
         return self.seen.refusal.reason
 
 
-def snapshot(state, refusal=NOT_REFUSED, **fields):
-    """A snapshot of which nothing but its state is known, and these fields."""
-    unknown = dict.fromkeys(("radius", "plan", "radius_age"))
-    figures = {"pressure_target": 0.0, "pressure_command": 0.0, "accepted": 0, "refused": Counter()}
-    return Snapshot(**{"state": state, "refusal": refusal} | unknown | figures | fields)
-
-
-# --- steps, as words: "wait 1 0.02", "goal radius=none timeout=0.3", "call release" ---------------
-
-
-def wait(bench, duration, radius=None):
-    return bench.run(duration, radius)
-
-
-def goal(bench, radius=0.02, **fields):
-    return bench.grasp(radius, **fields)
-
-
-def given(bench, **values):
-    """Set attributes of the bench; the regime that it sees is one, or what is honest."""
-    regime = values.pop("sees", "honest")
-    if regime != "honest":
-        values["sees"] = lambda pressure, perfect: regime
-    vars(bench).update(values)
-
-
-def limit(bench, **limits):
-    bench.limits = replace(bench.limits, **limits)
-    bench.control.reconfigure(bench.limits)
-
-
-def gravity(bench, **planner):
-    """Change what the planner answers: its product, error, recommended and highest_good."""
-    vars(bench.planner).update(planner)
-    bench.control.replan(bench.planner)
-
-
-def fails(bench):
-    """Let the planner certify nothing from now on."""
-    bench.planner.error = NOT_CERTIFIED
-
-
-def breaks(bench, fault, pressure=None):
-    bench.regulator.fault = fault
-    if pressure is not None:
-        bench.regulator.pressure = pressure
-
-
-def call(bench, name, *arguments):
-    """Call a method of the control logic."""
-    return getattr(bench.control, name)(*arguments)
-
-
-def refused(bench):
-    bench.control.refuse(Refusal(Reason.GRAVITY_INVALID, "gravity must be finite"))
-
-
-def leap(bench, duration):
-    bench.now += duration
-
-
-def cancel(bench):
-    bench.control.cancel(bench.now, bench.grasped)
-
-
-def hang(bench):
-    """Let the node hang, and the regulator's watchdog vent meanwhile."""
-    bench.now += 1.0
-    bench.regulator.pressure, bench.regulator.latched = 0.0, True
-
-
-def offer(bench, radius):
-    return bench.radius(radius)
-
-
-def measure(bench, pressure):
-    """Start again, and measure the same pressure for long enough."""
-    bench.control.activate(take_over=True)
-    bench.regulator.pressure = pressure
-    for _ in range(14):
-        bench.now += TICK
-        bench.control.offer_measured(bench.now, pressure)
-        bench.control.command(bench.now)
-
-
-def notice(bench):
-    """Wait for a fault of the pressure."""
-    while not bench.seen.pressure_fault.text:
-        bench.tick()
-
-
-STEPS = {
-    step.__name__: step
-    for step in (
-        wait,
-        goal,
-        given,
-        limit,
-        gravity,
-        fails,
-        breaks,
-        call,
-        refused,
-        leap,
-        cancel,
-        hang,
-        offer,
-        measure,
-        notice,
-    )
-}
-SHORT = {
-    "track": "wait 1.5 0.02",
-    "hold": "goal; wait 2",
-    "keeps": "goal abort_policy=hold",
-    "unmeasured": "given is_measured=no",
-    "cut": "limit pressure_cap=3e4",
-    "raised": "limit pressure_cap=9e4",
-    "unknown": "limit grip_ratio=none",
-    "uncertified": "gravity error=uncertified",
-    "certified": "gravity error=none",
-    "heavy": "gravity product=1.2e3",
-    "vents": "limit pressure_fault_policy=vent_at",
-    "leaks": "breaks leak",
-}
-VALUES = {
-    "none": None,
-    "no": False,
-    "yes": True,
-    "reconfigured": RECONFIGURED,
-    "uncertified": NOT_CERTIFIED,
-    "hold": AbortPolicy.HOLD,
-    "vent": AbortPolicy.VENT,
-    "vent_at": FaultPolicy.VENT,
-    "report": FaultPolicy.REPORT,
-    "stale_hold": TimeoutPolicy.HOLD,
-    "stale_vent": TimeoutPolicy.VENT,
-    "stale_ramp": TimeoutPolicy.RAMP_DOWN,
-    "curling": WrapRegime.CURLING,
-    "overhang": WrapRegime.OVERHANG,
-    **{fault.value: fault for fault in RegulatorFault},
-}
-
-
-def rows(table):
-    """Return the rows of a table; a line that is indented goes on with the one before."""
-    return table.strip().replace("\n  ", " ").splitlines()
-
-
-def value(word):
-    try:
-        return float(word)
-    except ValueError:
-        return VALUES.get(word, word)
-
-
-def play(bench, course):
-    """Take the steps of a course; return what the last one answers."""
-    answer = None
-    for text in filter(None, map(str.strip, course.split(";"))):
-        if text in SHORT:
-            answer = play(bench, SHORT[text])
-            continue
-        name, *words = text.split()
-        named = dict(word.split("=") for word in words if "=" in word)
-        positional = [value(word) for word in words if "=" not in word]
-        answer = STEPS[name](bench, *positional, **{k: value(v) for k, v in named.items()})
-    return answer
+def ending(goal):
+    """Return "SUCCEEDED", "RUNNING", or the reason why a goal was refused, failed or canceled."""
+    if isinstance(goal, Refusal):
+        return goal.reason.name
+    refusal = goal.report.refusal
+    return goal.report.outcome.name if refusal is NOT_REFUSED else refusal.reason.name

@@ -11,32 +11,33 @@ from spiral_core import NotGrippableError, WrapRegime
 @dataclass(frozen=True)
 class FakePlan:
     pressure: float
-    highest_good: float = math.inf
-    loss: float = math.inf
-    recommended: float | None = None
+    highest_good: float
+    loss: float
+    recommended: float | None
 
 
 class FakePlanner:
-    """Wraps radii from 10 to 40 mm with 1000 Pa m / radius: 100 kPa to 25 kPa."""
+    """Wraps radii from 10 to 40 mm with 1000 Pa m / radius: 100 kPa to 25 kPa.
+
+    What is good, lost and recommended are multiples of that.
+    """
 
     radius_range = (0.01, 0.04)
+    error = recommended = None
+    highest_good = loss = math.inf
 
-    def __init__(self, product: float = 1.0e3) -> None:
-        self.product = product
-        self.asked: list[float] = []
-        self.error: Exception | None = None
-        self.recommended: float | None = None  # both as multiples of the wrap
-        self.highest_good = self.loss = math.inf
+    def __init__(self, product=1.0e3):
+        self.product, self.asked = product, []
 
-    def plan(self, radius: float) -> FakePlan:
+    def plan(self, radius):
         self.asked.append(radius)
         if self.error is not None:
             raise self.error
-        low, high = self.radius_range
-        if not low <= radius <= high:
-            raise NotGrippableError(radius, "out of range", -1.0, low if radius < low else high)
+        nearest = min(max(radius, 0.01), 0.04)
+        if radius != nearest:
+            raise NotGrippableError(radius, "out of range", -1.0, nearest)
         wrap = self.product / radius
-        recommended = None if self.recommended is None else self.recommended * wrap
+        recommended = self.recommended and self.recommended * wrap
         return FakePlan(wrap, self.highest_good * wrap, self.loss * wrap, recommended)
 
 
@@ -55,28 +56,23 @@ class FakeRegulator:
     Once its watchdog has vented (``latched``) it stays vented until 0 Pa is commanded.
     """
 
-    TIME_CONSTANT = 0.05
+    pressure, fault, latched = 0.0, RegulatorFault.NONE, False
 
-    def __init__(self) -> None:
-        self.pressure = 0.0
-        self.fault = RegulatorFault.NONE
-        self.latched = False
-
-    def step(self, command: float, elapsed: float) -> float | None:
+    def step(self, command, elapsed):
         """Let a command act for a while [s] and return what is measured."""
         self.latched = self.latched and command != 0.0
-        command = 0.0 if self.latched else command
-        goal = 0.7 * command if self.fault is RegulatorFault.LEAK else command
         if self.fault is not RegulatorFault.STUCK:
-            self.pressure += (goal - self.pressure) * -math.expm1(-elapsed / self.TIME_CONSTANT)
-        if self.fault is RegulatorFault.LOST:
-            return None
-        if self.fault is RegulatorFault.NAN:
-            return math.nan
-        return self.pressure + (101325.0 if self.fault is RegulatorFault.ABSOLUTE else 0.0)
+            arrives = 0.7 if self.fault is RegulatorFault.LEAK else 1.0
+            goal = 0.0 if self.latched else arrives * command
+            self.pressure += (goal - self.pressure) * -math.expm1(-elapsed / 0.05)
+        return {
+            RegulatorFault.LOST: None,
+            RegulatorFault.NAN: math.nan,
+            RegulatorFault.ABSOLUTE: self.pressure + 101325.0,
+        }.get(self.fault, self.pressure)
 
 
-def regime_at(pressure: float, perfect: float) -> WrapRegime:
+def regime_at(pressure, perfect):
     """Return the regime at a pressure: within 2 % of the perfect wrap's it is one."""
     if abs(pressure - perfect) <= 0.02 * perfect:
         return WrapRegime.PERFECT_WRAP

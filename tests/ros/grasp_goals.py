@@ -13,8 +13,7 @@ class Goal:
     """A goal on its way, with everything that was heard of it."""
 
     def __init__(self, client, action, request):
-        self.client = client
-        self.feedback = []
+        self.client, self.feedback = client, []
         answer = action.send_goal_async(
             request, feedback_callback=lambda message: self.feedback.append(message.feedback)
         )
@@ -26,6 +25,10 @@ class Goal:
     @property
     def is_done(self):
         return self._result.done()
+
+    @property
+    def is_started(self):
+        return self.feedback and self.feedback[-1].pressure_command > 0.0
 
     def end(self):
         """Wait for the end; return the goal's status and its result."""
@@ -41,17 +44,10 @@ class Goal:
 
 
 class Goals:
-    """What a client sends to one action of a node.
-
-    Args:
-        client: of the harness, whose node this uses.
-        kind: type of the action.
-        name: name of the action.
-    """
+    """What a client of the harness sends to one action of a node."""
 
     def __init__(self, client, kind=Grasp, name="grasp"):
-        self.client = client
-        self.kind = kind
+        self.client, self.kind = client, kind
         # A busy machine reads late: no feedback of a goal may fall out of the queue.
         queue = QoSProfile(depth=1000)
         self._action = ActionClient(client, kind, name, feedback_sub_qos_profile=queue)
@@ -69,9 +65,7 @@ class Goals:
 
 def started(goal):
     """Return a goal once its command is on the way."""
-    goal.client.wait_until(
-        lambda: goal.feedback and goal.feedback[-1].pressure_command > 0.0, "the command to rise"
-    )
+    goal.client.wait_until(lambda: goal.is_started, "the command to rise")
     return goal
 
 

@@ -2,13 +2,14 @@
 """A client process's side of the tests: what a user's node would do, with deadlines."""
 
 import math
+import re
 import signal
 import sys
 import tempfile
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseArray, Vector3Stamped
+from geometry_msgs.msg import PoseArray, Vector3, Vector3Stamped
 from lifecycle_msgs.msg import State as LifecycleState
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
@@ -18,12 +19,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
 from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import Float64
+from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 
 from spiral_gripper_msgs.msg import GripStatus, ObjectToWrap, Wrap
 from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
-from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.parameters.table import PARAMETERS
 from spiral_gripper_ros.process.node_process import NODE as NODE_MODULE
 from spiral_gripper_ros.process.node_process import NodeProcess
@@ -50,6 +51,14 @@ PATIENT = {
 BARE = {"grip.ratio": 1.0, "grip.contact": False}
 ALL = QoSProfile(depth=1000)
 ALL_AND_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+LATCHED = {
+    "backbone": PoseArray,
+    "measured_backbone": PoseArray,
+    "status": GripStatus,
+    "wrap": Wrap,
+}
+SENT = {"object_radius": Float64, "gravity": Vector3Stamped, "measured_pressure": Float64}
 
 
 class RunningNode(NodeProcess):
@@ -110,24 +119,16 @@ class Client(Node):
     def __init__(self, namespace):
         super().__init__("test_client", namespace=namespace)
         self.pressures, self.diagnostics, self.regulator = [], [], None
-        self._latched = [], [], [], []
+        self._latched = [[] for _ in LATCHED]
         self.backbones, self.measured_backbones, self.statuses, self.wraps = self._latched
-        topics = ("backbone", "measured_backbone", "status", "wrap")
-        kinds = (PoseArray, PoseArray, GripStatus, Wrap)
-        for kind, topic, heard in zip(kinds, topics, self._latched, strict=True):
+        for (topic, kind), heard in zip(LATCHED.items(), self._latched, strict=True):
             self.create_subscription(kind, topic, heard.append, ALL_AND_LATCHED)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, ALL)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._senders = {
-            topic: self.create_publisher(kind, topic, QoSProfile(depth=1))
-            for kind, topic in (
-                (Float64, "object_radius"),
-                (Vector3Stamped, "gravity"),
-                (Float64, "measured_pressure"),
-            )
+            topic: self.create_publisher(kind, topic, 1) for topic, kind in SENT.items()
         }
-        self._calls = {}
-        self.spinner = Spinner()
+        self._calls, self.spinner = {}, Spinner()
         self.spinner.add_node(self)
 
     def close(self):
@@ -153,21 +154,13 @@ class Client(Node):
     def wait_until_active(self, deadline=START_DEADLINE):
         """Wait for a status and a command of the active node, and until it hears us."""
         self.statuses.clear()
-        self.wait_until(
-            lambda: (
-                self.statuses
-                and self.status.state != State.INACTIVE
-                and self.pressures
-                and self.is_heard
-            ),
-            "the node to become active",
-            deadline,
-        )
 
-    @property
-    def is_heard(self):
-        """Whether all that is sent here arrives: DDS discovers each topic in a time of its own."""
-        return all(count >= 1 for count in self._listeners())
+        def is_active():
+            # All that is sent here arrives: DDS discovers each topic in a time of its own.
+            is_heard = self.pressures and all(self._listeners())
+            return self.statuses and self.status.state != State.INACTIVE and is_heard
+
+        self.wait_until(is_active, "the node to become active", deadline)
 
     def _listeners(self):
         return [sender.get_subscription_count() for sender in self._senders.values()]
@@ -178,14 +171,11 @@ class Client(Node):
         self.wait_until(lambda: all(len(heard) >= length for heard, length in expected), "more")
 
     def wait_for_state(self, state, reason=None):
-        self.wait_until(
-            lambda: (
-                self.statuses
-                and self.status.state == state
-                and reason in (None, self.status.reason)
-            ),
-            f"{State(state).name} because of {'any' if reason is None else Reason(reason).name}",
-        )
+        def is_there():
+            seen = self.status
+            return seen and seen.state == state and reason in (None, seen.reason)
+
+        self.wait_until(is_there, f"{state!r}, {reason!r}")
         return self.status
 
     def wait_for_vent(self):
@@ -220,9 +210,8 @@ class Client(Node):
         self._senders["object_radius"].publish(Float64(data=radius))
 
     def send_gravity(self, gravity, frame_id=""):
-        message = Vector3Stamped()
-        message.header.frame_id = frame_id
-        message.vector.x, message.vector.y, message.vector.z = gravity
+        vector = Vector3(**dict(zip("xyz", gravity, strict=True)))
+        message = Vector3Stamped(header=Header(frame_id=frame_id), vector=vector)
         self._senders["gravity"].publish(message)
 
     def send_measured(self, pressure):
@@ -230,19 +219,18 @@ class Client(Node):
 
     def wrap(self, radius):
         """Offer a radius until its wrap pressure is commanded and heard; return the status then."""
-        end = time.monotonic() + DEADLINE
-        while True:
+
+        def is_wrapped():
             self.send_radius(radius)
             self.spin(0.02)
-            status = self.status
-            if (
-                status is not None
-                and list(status.object_radius) == [radius]
-                and status.pressure_command == status.pressure_target > 0.0
-                and self.pressures[-1:] == [status.pressure_command]
-            ):
-                return status
-            assert time.monotonic() < end, f"{radius} was not wrapped; last: {status}"
+            seen = self.status
+            if seen is None or list(seen.object_radius) != [radius]:
+                return False
+            commands = {seen.pressure_target, seen.pressure_command, *self.pressures[-1:]}
+            return len(commands) == 1 and seen.pressure_target > 0.0
+
+        self.wait_until(is_wrapped, f"{radius} to be wrapped")
+        return self.status
 
     # --- services ------------------------------------------------------------------------------
 
@@ -256,7 +244,7 @@ class Client(Node):
         def answered():
             nonlocal due
             if time.monotonic() >= due:
-                futures.append(service.call_async(kind.Request() if request is None else request))
+                futures.append(service.call_async(request or kind.Request()))
                 due = time.monotonic() + (ASK_AGAIN if kind in ASKED_AGAIN else math.inf)
             return any(future.done() for future in futures)
 
@@ -275,8 +263,7 @@ class Client(Node):
 
     def plan_wraps(self, radii, deadline=DEADLINE, **fields):
         """Return the answers about objects that have all but the radius in common."""
-        request = plan_request(radii, **fields)
-        return self.call(PlanWrap, "plan_wrap", request, deadline).plans
+        return self.call(PlanWrap, "plan_wrap", plan_request(radii, **fields), deadline).plans
 
     def transition(self, name):
         """Ask for a lifecycle transition by its name; return whether it succeeded."""
@@ -306,10 +293,9 @@ class Client(Node):
         return self.get_parameters_of_node([name])[0]
 
     def get_parameters_of_node(self, names):
-        answer = self.call(
-            GetParameters, f"{NODE}/get_parameters", GetParameters.Request(names=names)
-        )
-        return [parameter_value_to_python(value) for value in answer.values]
+        request = GetParameters.Request(names=names)
+        answer = self.call(GetParameters, f"{NODE}/get_parameters", request)
+        return list(map(parameter_value_to_python, answer.values))
 
     def restore(self):
         """Bring the node to a fresh activation with known parameters; forget what was before."""
@@ -321,12 +307,9 @@ class Client(Node):
         # What listens afterwards is not what listened before.
         self.wait_until(lambda: not any(self._listeners()), "the end of what listens")
         values = {spec.name: spec.default for spec in PARAMETERS if not spec.read_only}
-        values.update(FAST_RAMP, **PATIENT, **BARE)
-        values["gravity.vector"] = [9.80665, 0.0, 0.0]
-        present = dict(zip(values, self.get_parameters_of_node(list(values)), strict=True))
-        changed = {name: value for name, value in values.items() if value != present[name]}
-        for name, result in zip(changed, self.set_parameters(changed), strict=True):
-            assert result.successful, (name, result.reason)
+        values |= FAST_RAMP | PATIENT | BARE | {"gravity.vector": [9.80665, 0.0, 0.0]}
+        refused = [result for result in self.set_parameters(values) if not result.successful]
+        assert not refused
         assert self.transition("configure")
         assert self.transition("activate")
         self.wait_until_active()
@@ -340,21 +323,24 @@ class Client(Node):
             received.clear()
 
 
+def _lists(fields):
+    """Return fields of a request; single numbers stand for lists of one."""
+    return {n: [v] if isinstance(v, float) else v for n, v in fields.items()}
+
+
 def design_request(smallest, largest, **fields):
-    """Return a request of `design_gripper`; single numbers stand for lists of one."""
-    fields = {n: [v] if isinstance(v, float) else v for n, v in fields.items()}
-    return DesignGripper.Request(object_radius_min=smallest, object_radius_max=largest, **fields)
+    """Return a request of `design_gripper`."""
+    return DesignGripper.Request(
+        object_radius_min=smallest, object_radius_max=largest, **_lists(fields)
+    )
 
 
 def plan_request(radii, **fields):
-    """Return a request of `plan_wrap`; single numbers stand for lists of one."""
-    fields = {n: [v] if isinstance(v, float) else v for n, v in fields.items()}
-    own = ObjectToWrap.get_fields_and_field_types().keys() & fields.keys()
-    asked = [
-        ObjectToWrap(radius=radius, **{name: fields[name] for name in own}) for radius in radii
-    ]
-    rest = {name: value for name, value in fields.items() if name not in own}
-    return PlanWrap.Request(objects=asked, **({"backbone": True} | rest))
+    """Return a request of `plan_wrap` about objects that have all but the radius in common."""
+    rest = {"backbone": True} | _lists(fields)
+    own = {n: rest.pop(n) for n in ObjectToWrap.get_fields_and_field_types() if n in rest}
+    objects = [ObjectToWrap(radius=radius, **own) for radius in radii]
+    return PlanWrap.Request(objects=objects, **rest)
 
 
 def deliver(node, topic, message):
@@ -390,17 +376,7 @@ def serve(node, name, request):
     return answer
 
 
-def numbers_of(message):
-    """Return every number of a message, nested ones included."""
-    if isinstance(message, (bool, str, bytes)):
-        return []
-    if isinstance(message, (int, float)):
-        return [float(message)]
-    if hasattr(message, "get_fields_and_field_types"):
-        fields = message.get_fields_and_field_types()
-        return [number for field in fields for number in numbers_of(getattr(message, field))]
-    return [number for item in message for number in numbers_of(item)]
-
-
 def all_finite(*messages):
-    return all(math.isfinite(number) for message in messages for number in numbers_of(message))
+    """Return whether no number of messages is NaN or infinite; what is quoted is no number."""
+    quoted = r"""'(\\.|[^'])*'|"(\\.|[^"])*\""""
+    return not re.search(r"\b(nan|inf)\b", re.sub(quoted, "", repr(messages)))

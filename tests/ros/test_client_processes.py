@@ -9,12 +9,14 @@ import subprocess
 import sys
 import time
 import traceback
+from subprocess import PIPE
 
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from ros.client_harness import EXAMPLE, PATIENCE, RADIUS, wait_until
+from repo.source_tree import ROOT
+from ros.client_harness import PATIENCE, RADIUS, wait_until
 from ros.harness import PATIENT, START_DEADLINE, RunningNode
 
 from spiral_gripper_ros.client import (
@@ -50,70 +52,61 @@ def test_a_node_that_was_killed_and_started_again_has_forgotten_the_wrap(namespa
 
 
 def test_it_works_inside_a_callback_of_another_node_and_leaves_its_context_alone(grip):
-    seen = []
-    node = Node("someone_else")
+    node, seen = Node("someone_else"), []
     node.create_timer(0.01, lambda: seen.append(grip.plan(RADIUS).success))
-    executor = SingleThreadedExecutor()
-    executor.add_node(node)
-    while not seen:
-        executor.spin_once(timeout_sec=PATIENCE)
-    executor.shutdown()
-    node.destroy_node()
-    assert seen == [True]
     with SpiralGripper("nowhere"):
-        assert rclpy.ok()
-    assert rclpy.ok()
+        wait_until(lambda: rclpy.spin_once(node, timeout_sec=PATIENCE) or seen)
+    node.destroy_node()
+    assert seen[0] is rclpy.ok() is True
 
 
 def test_ctrl_c_never_strikes_in_the_midst_of_rclpy(slow, active, monkeypatch):
-    armed, spin_once = [True], SingleThreadedExecutor.spin_once
+    struck, spin_once = [], SingleThreadedExecutor.spin_once
 
-    def struck(*arguments):
-        if armed:
-            armed.clear()
+    def strike(*arguments):
+        if not struck:
+            struck.append(True)
             signal.raise_signal(signal.SIGINT)
         return spin_once(*arguments)
 
     slow.wrap(RADIUS)
-    monkeypatch.setattr(SingleThreadedExecutor, "spin_once", struck)
-    with pytest.raises(KeyboardInterrupt) as caught:
-        slow.wait(PATIENCE)
-    frames = traceback.extract_tb(caught.tb)
-    assert not [frame for frame in frames if frame.name == struck.__name__]
-    monkeypatch.undo()
+    with monkeypatch.context() as patch:
+        patch.setattr(SingleThreadedExecutor, "spin_once", strike)
+        with pytest.raises(KeyboardInterrupt) as caught:
+            slow.wait(PATIENCE)
+    assert strike.__name__ not in [frame.name for frame in traceback.extract_tb(caught.tb)]
     slow.release()
     assert active.wait_for_state(State.RELEASED)
 
 
 @pytest.mark.usefixtures("grip")
 def test_the_example_wraps_and_releases(active):
-    command = [sys.executable, str(EXAMPLE), active.get_namespace()]
+    command = [sys.executable, ROOT / "examples/grasp_with_python.py", active.get_namespace()]
     run = subprocess.run(command, capture_output=True, text=True, check=True)
-    first, *_, last = run.stdout.splitlines()
     assert run.stderr == ""
-    assert first.startswith("wraps 0.02 m with ")
     wrapped = r"wraps 0.02 m at 62045.\d Pa, as commanded; 1\.\d\d turns, \d\.\d N/m"
-    assert re.fullmatch(wrapped, last)
+    assert re.fullmatch(wrapped, run.stdout.splitlines()[-1])
     assert active.wait_for_state(State.RELEASED)
+
+
+PROGRAM = """
+import rclpy
+from spiral_gripper_ros.client import SpiralGripper
+rclpy.init()
+with SpiralGripper({!r}) as gripper:
+    try:
+        gripper.wrap(0.02, timeout=600.0)
+        print(rclpy.ok(), flush=True)
+        gripper.wait(600.0)
+    finally:
+        gripper.release()
+"""
 
 
 @pytest.mark.usefixtures("slow")
 def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(active):
-    lines = [
-        "import rclpy",
-        "from spiral_gripper_ros.client import SpiralGripper",
-        "rclpy.init()",
-        f"with SpiralGripper({active.get_namespace()!r}) as gripper:",
-        "    try:",
-        "        gripper.wrap(0.02, timeout=600.0)",
-        "        print(rclpy.ok(), flush=True)",
-        "        gripper.wait(600.0)",
-        "    finally:",
-        "        gripper.release()",
-    ]
-    command = [sys.executable, "-c", "\n".join(lines)]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(command, **pipes) as process:
+    command = [sys.executable, "-c", PROGRAM.format(active.get_namespace())]
+    with subprocess.Popen(command, stdout=PIPE, stderr=PIPE, text=True) as process:
         assert process.stdout.readline() == "True\n"
         assert active.wait_for_state(State.GRASPING)
         process.send_signal(signal.SIGINT)

@@ -7,13 +7,12 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros.control_bench import snapshot
+from ros.control_bench import rows, snapshot
 
 from spiral_gripper_ros.control.grasp import Grasp, GraspGoal
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.pressure_monitor import PERSISTENCE
 from spiral_gripper_ros.control.radius_gate import RadiusGate
-from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.control.target import LONGEST_STEP, capped_pressure, ramped_pressure
 
 LIMITS = Limits(
@@ -22,24 +21,26 @@ LIMITS = Limits(
     pressure_rate_down=2.0e5,
     radius_rate_limit=0.05,
     radius_jump_limit=0.002,
-    grasp_timeout=3.0,
-    pressure_settle_time=0.5,
-    pressure_tolerance=1.0e3,
 )
 
 
 # Previous command, goal, elapsed time: the command. A stalled process does not jump, nor does time
 # that runs backwards; what is no number vents.
 RAMPS = """
-1e4 9e4 0.02 1.1e4; 9e4 0 0.02 8.6e4; 0 1e5 100 5e3; 3e4 9e4 -1 3e4
-inf 9e4 0.02 0; 3e4 nan 0.02 0; 3e4 9e4 inf 0
+1e4 9e4 0.02 1.1e4
+9e4 0 0.02 8.6e4
+0 1e5 100 5e3
+3e4 9e4 -1 3e4
+inf 9e4 0.02 0
+3e4 nan 0.02 0
+3e4 9e4 inf 0
 """
 
 
-@pytest.mark.parametrize("row", RAMPS.strip().replace("\n", "; ").split("; "))
+@pytest.mark.parametrize("row", rows(RAMPS))
 def test_the_ramp_keeps_its_rates_and_ends_exactly(row):
-    previous, goal, elapsed, command = map(float, row.split())
-    assert ramped_pressure(previous, goal, elapsed, LIMITS) == pytest.approx(command, rel=1e-15)
+    *given, command = map(float, row.split())
+    assert ramped_pressure(*given, LIMITS) == pytest.approx(command, rel=1e-15)
 
 
 @given(st.floats(), st.floats(), st.floats())
@@ -47,8 +48,8 @@ def test_whatever_comes_in_the_cap_and_the_rates_hold(previous, goal, elapsed):
     command = ramped_pressure(previous, goal, elapsed, LIMITS)
     assert 0.0 <= command <= LIMITS.pressure_cap
     if 0.0 <= previous <= LIMITS.pressure_cap and command > 0.0:
-        assert command - previous <= LIMITS.pressure_rate_up * LONGEST_STEP * (1.0 + 1e-12)
-        assert previous - command <= LIMITS.pressure_rate_down * LONGEST_STEP * (1.0 + 1e-12)
+        rise = (command - previous) / (LONGEST_STEP * (1.0 + 1e-12))
+        assert -LIMITS.pressure_rate_down <= rise <= LIMITS.pressure_rate_up
 
 
 @given(st.floats(), st.floats())
@@ -60,40 +61,18 @@ def test_the_cap_is_safe_for_any_float_and_passes_what_is_below_it(pressure, cap
 
 def judge(gate, now, radius, limits=LIMITS):
     refusal = gate.refusal(now, radius, (0.01, 0.04), limits)
-    return Reason.NONE if refusal is None else refusal.reason
-
-
-@pytest.mark.parametrize(
-    ("radius", "expected"),
-    [
-        (math.nan, Reason.RADIUS_NOT_FINITE),
-        (-math.inf, Reason.RADIUS_NOT_FINITE),
-        (0.0, Reason.RADIUS_NOT_POSITIVE),
-        (-0.02, Reason.RADIUS_NOT_POSITIVE),
-        (math.nextafter(0.01, 0.0), Reason.RADIUS_TOO_SMALL),
-        (0.01, Reason.NONE),
-        (0.04, Reason.NONE),
-        (math.nextafter(0.04, 1.0), Reason.RADIUS_TOO_LARGE),
-    ],
-)
-def test_impossible_radii_are_refused_by_their_reason_and_believed_never(radius, expected):
-    gate = RadiusGate()
-    assert judge(gate, 0.0, radius) is expected
-    if expected is not Reason.NONE:
-        assert judge(gate, 0.0, 0.011) is Reason.NONE
-        assert judge(gate, 9.0, radius) is expected
-        assert judge(gate, 9.0, 0.011) is Reason.NONE
+    return refusal and refusal.reason.name
 
 
 def test_a_jump_is_refused_and_spoils_nothing_that_follows():
     gate = RadiusGate()
-    assert judge(gate, 10.0, 0.02) is judge(gate, 10.0, 0.0219) is Reason.NONE
-    assert judge(gate, 10.02, 0.035) is Reason.RADIUS_JUMP
-    assert judge(gate, 10.04, 0.02) is Reason.NONE
-    assert judge(gate, 0.0, 0.03) is Reason.RADIUS_JUMP  # time that runs backwards allows nothing
-    assert judge(gate, 0.0, 0.03, replace(LIMITS, radius_jump_limit=0.02)) is Reason.NONE
+    assert judge(gate, 10.0, 0.02) is judge(gate, 10.0, 0.0219) is None
+    assert judge(gate, 10.02, 0.035) == "RADIUS_JUMP"
+    assert judge(gate, 10.04, 0.02) is None
+    assert judge(gate, 0.0, 0.03) == "RADIUS_JUMP"  # time that runs backwards allows nothing
+    assert judge(gate, 0.0, 0.03, replace(LIMITS, radius_jump_limit=0.02)) is None
     gate.reset()
-    assert judge(gate, 0.0, 0.039) is Reason.NONE
+    assert judge(gate, 0.0, 0.039) is None
 
 
 @pytest.mark.parametrize("period", [0.001, 0.01, 0.1])
@@ -101,40 +80,9 @@ def test_a_real_step_is_believed_after_the_same_time_at_any_message_rate(period)
     gate, step, now = RadiusGate(), 0.012, 0.0
     judge(gate, now, 0.02)
     expected = (step - LIMITS.radius_jump_limit) / LIMITS.radius_rate_limit
-    while judge(gate, now, 0.02 + step) is Reason.RADIUS_JUMP:
+    while judge(gate, now, 0.02 + step):
         now += period
     assert expected - 1e-9 <= now <= expected + period + 1e-9
-
-
-def grasp(command=0.0, now=0.0, **goal):
-    seen = snapshot(State.GRASPING, pressure_target=5.0e4, pressure_command=command)
-    return Grasp(GraspGoal(0.02, **goal), now, seen, LIMITS)
-
-
-def test_as_commanded_it_is_settled_after_the_settling_time_at_the_target():
-    asked = grasp()
-    for command, settled in ((0.0, False), (5.0e4, True), (4.0e4, False), (5.0e4, True)):
-        asked.commanded(1.0, command, 5.0e4)
-        assert not asked.is_settled(1.49, False, LIMITS)
-        assert asked.is_settled(1.5, False, LIMITS) is settled
-
-
-def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
-    asked = grasp()
-    asked.measured(0.0, 5.0e4, 5.0e4, LIMITS)
-    asked.measured(1.0, 5.0e4, 5.0e4, LIMITS)
-    assert not asked.is_settled(1.0, True, LIMITS)
-    asked.commanded(1.0, 4.9e4, 5.0e4)  # what came before it arrived does not count
-    asked.commanded(1.0, 5.0e4, 5.0e4)
-    for after, pressure, settled in (
-        (0.0, 4.91e4, False),
-        (0.99 * PERSISTENCE, 5.0e4, False),
-        (1.01 * PERSISTENCE, 5.09e4, True),
-        (1.5 * PERSISTENCE, 4.89e4, False),
-        (2.0 * PERSISTENCE, 5.0e4, False),
-    ):
-        asked.measured(1.0 + after, pressure, 5.0e4, LIMITS)
-        assert asked.is_settled(9.0, True, LIMITS) is settled
 
 
 @pytest.mark.parametrize(
@@ -142,6 +90,7 @@ def test_as_measured_it_is_settled_once_the_pressure_has_stayed_at_the_target():
 )
 def test_progress_is_the_commands_part_of_the_way(row):
     start, command, target, expected = map(float, row.split())
-    asked = grasp(start)
-    asked.update(1.0, snapshot(State.GRASPING, pressure_target=target, pressure_command=command))
+    seen = snapshot(State.GRASPING, pressure_target=target, pressure_command=start)
+    asked = Grasp(GraspGoal(0.02), 0.0, seen, LIMITS)
+    asked.update(1.0, replace(seen, pressure_command=command))
     assert asked.report.progress == pytest.approx(expected)

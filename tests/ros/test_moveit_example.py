@@ -3,7 +3,7 @@
 
 import importlib
 import sys
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
@@ -15,34 +15,33 @@ from spiral_gripper_ros.parameters.table import GripperParameters
 FOLDER = ROOT / "examples/moveit"
 MODEL = ElementTree.parse(ROOT / "spiral_gripper_ros/urdf/spiral_gripper.xacro").getroot()
 SRDF = ElementTree.parse(FOLDER / "spiral_gripper.srdf").getroot()
-OF_THE_ARM = {"tool0"}
 
 
-class Message:
+class Message(SimpleNamespace):
     """Stands in for a message of MoveIt, which PyPI does not have."""
 
     CYLINDER, ADD, REMOVE = 3, b"\x00", b"\x01"
+    robot_state = SimpleNamespace()
 
-    def __init__(self, **fields):
-        self.robot_state = SimpleNamespace()
-        vars(self).update(fields)
+
+class Package:
+    """Stands in for a package whose every name is such a message."""
+
+    __getattr__ = staticmethod(lambda _: Message)
 
 
 @pytest.fixture
 def example(monkeypatch):
     """The example as a module, with stand-ins for the packages that PyPI does not have."""
-    names = {
-        "moveit_msgs.msg": ("AttachedCollisionObject", "CollisionObject", "PlanningScene"),
-        "moveit_msgs.srv": ("ApplyPlanningScene",),
-        "shape_msgs.msg": ("SolidPrimitive",),
-    }
-    for module, kinds in names.items():
-        stand_in = ModuleType(module)
-        vars(stand_in).update(dict.fromkeys(kinds, Message))
-        monkeypatch.setitem(sys.modules, module, stand_in)
-        monkeypatch.setitem(sys.modules, module.split(".")[0], ModuleType(module.split(".")[0]))
+    for name in (
+        "moveit_msgs",
+        "moveit_msgs.msg",
+        "moveit_msgs.srv",
+        "shape_msgs",
+        "shape_msgs.msg",
+    ):
+        monkeypatch.setitem(sys.modules, name, Package())
     monkeypatch.syspath_prepend(str(FOLDER))
-    monkeypatch.delitem(sys.modules, "attach_and_detach", raising=False)
     return importlib.import_module("attach_and_detach")
 
 
@@ -56,17 +55,14 @@ def test_the_srdf_names_links_and_joints_of_the_model_and_opens_with_a_release()
     for end in ("link1", "link2"):
         links |= named(SRDF, "disable_collisions", end)
     links |= named(SRDF, "end_effector", "parent_link")
-    assert links - named(MODEL, ".//link") == OF_THE_ARM
+    assert links - named(MODEL, ".//link") == {"tool0"}  # of the arm
     assert named(SRDF, ".//joint") <= named(MODEL, ".//joint")
     assert named(SRDF, "end_effector", "group") == {"gripper"}
-    values = {
-        state.get("name"): float(state.find("joint").get("value"))
-        for state in SRDF.iter("group_state")
-    }
-    opening = GripperParameters().gripper_cmd.open_position
-    assert values.pop("open") == opening
-    assert values
-    assert all(0.0 < value < opening for value in values.values())
+    joints = SRDF.iterfind("group_state/joint")
+    opening, *values = sorted((float(joint.get("value")) for joint in joints), reverse=True)
+    assert opening == GripperParameters().gripper_cmd.open_position
+    assert named(SRDF, f"group_state/joint[@value='{opening:g}']/..") == {"open"}
+    assert 0.0 < min(values) <= max(values) < opening
 
 
 def test_the_object_is_attached_where_it_is_wrapped_and_detached(example):

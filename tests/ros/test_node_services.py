@@ -6,11 +6,11 @@ import math
 import pytest
 from geometry_msgs.msg import Vector3
 from rclpy.qos import QoSProfile
-from ros.harness import DEADLINE, RunningNode, all_finite, design_request, plan_request
+from ros.harness import DEADLINE, RunningNode, all_finite, plan_request
 
 from spiral_core import WrapCurve
 from spiral_gripper_msgs.msg import ObjectToWrap
-from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
+from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.messages.conversions import vector_from_msg
 
@@ -18,63 +18,58 @@ FLOOD = 150  # three times what may wait
 UPRIGHT = Vector3(z=-9.80665)
 
 
-def test_plan_wrap_answers_what_the_core_answers_and_moves_nothing(active, curve, gripper):
+def test_plan_wrap_answers_what_the_core_answers_and_moves_nothing(active, gripper):
     assert active.transition("deactivate")
     active.spin(0.1)
     active.pressures.clear()
-    axis = (-0.6, 0.0, -0.8)
-    tilted = WrapCurve(gripper.with_mount(vector_from_msg(UPRIGHT), axis))
-    given = {"gravity": [UPRIGHT], "axis": [Vector3(x=-6.0, z=-8.0)]}
-    for known, fields in ((curve, {}), (tilted, given)):
-        radius = 0.5 * (known.radius_min + known.radius_max)
-        wrap, answer = known.wrap_for_radius(radius), active.plan_wrap(radius, **fields)
-        assert (answer.success, answer.reason) == (True, Reason.NONE)
-        (figures,) = answer.figures
-        assert figures.pressure == pytest.approx(wrap.pressure, rel=1e-9)
-        assert list(figures.object_length_needed) == pytest.approx([wrap.object_length_needed])
-        assert list(answer.radius_range) == pytest.approx([known.radius_min, known.radius_max])
-        assert vector_from_msg(answer.object_axis[0]) == pytest.approx(wrap.coil.axis, abs=1e-6)
-        assert len(answer.backbone.poses) == 50
+    known = WrapCurve(gripper.with_mount(vector_from_msg(UPRIGHT), (-0.6, 0.0, -0.8)))
+    radius = 0.5 * (known.radius_min + known.radius_max)
+    axis = Vector3(x=-6.0, z=-8.0)
+    wrap = known.wrap_for_radius(radius)
+    answer = active.plan_wrap(radius, gravity=[UPRIGHT], axis=[axis])
+    assert answer.success
+    (figures,) = answer.figures
+    assert figures.pressure == pytest.approx(wrap.pressure, rel=1e-9)
+    assert list(figures.object_length_needed) == pytest.approx([wrap.object_length_needed])
+    assert list(answer.radius_range) == pytest.approx([known.radius_min, known.radius_max])
+    assert vector_from_msg(answer.object_axis[0]) == pytest.approx(wrap.coil.axis, abs=1e-6)
+    assert len(answer.backbone.poses) == 50
     assert not active.plan_wrap(0.025, backbone=False).backbone.poses
     assert not active.pressures
     assert active.transition("cleanup")
-    for answer in active.plan_wraps([0.02, 0.025]):
-        assert answer.reason == Reason.NOT_ACTIVE
-        assert "configure" in answer.message
-    request = design_request(0.011, 0.03)
-    assert "configure" in active.call(DesignGripper, "design_gripper", request).message
+    answer = active.plan_wrap(0.02)
+    assert answer.reason == Reason.NOT_ACTIVE
+    assert "configure" in answer.message
 
 
-def test_many_are_answered_as_each_by_itself(active):
-    objects = [ObjectToWrap(radius=radius) for radius in (0.02, math.nan, 0.025, 0.2)]
-    objects.append(ObjectToWrap(radius=0.02, axis=[Vector3(x=0.3, y=0.8, z=0.5)]))
+OBJECTS = {
+    "NONE": {"axis": [Vector3(x=0.3, y=0.8, z=0.5)]},
+    "RADIUS_NOT_FINITE": {"radius": math.inf},
+    "RADIUS_TOO_SMALL": {"radius": 0.001},
+    "OBJECT_TOO_SHORT": {"length": [0.01]},
+    "INVALID_REQUEST": {"friction_coefficient": [-0.1]},
+    "INVALID_REQUEST ": {"payload": [math.inf]},
+    "INVALID_REQUEST  ": {"axis": [Vector3()]},
+}
 
-    def ask(*asked):
-        request = PlanWrap.Request(objects=asked, overpressure=[2.0e3], gravity=[UPRIGHT])
+
+def test_many_are_answered_as_each_by_itself_and_what_cannot_be_with_the_reason(active):
+    objects = [ObjectToWrap(**{"radius": 0.02} | fields) for fields in OBJECTS.values()]
+
+    def ask(*asked, overpressure=2.0e3, gravity=UPRIGHT):
+        request = PlanWrap.Request(objects=asked, overpressure=[overpressure], gravity=[gravity])
         plans = active.call(PlanWrap, "plan_wrap", request).plans
-        return [(plan.success, plan.reason, plan.message) for plan in plans]
+        assert all_finite(*plans)
+        assert all(plan.message for plan in plans)
+        assert all(plan.success is (plan.reason == Reason.NONE) for plan in plans)
+        return [Reason(plan.reason).name for plan in plans]
 
-    answers = ask(*objects)
-    assert [success for success, _, _ in answers[:4]] == [True, False, True, False]
-    assert [ask(one) for one in objects] == [[answer] for answer in answers]
+    reasons = list(map(str.strip, OBJECTS))
+    assert ask(*objects) == reasons
+    assert [ask(one) for one in objects] == [[reason] for reason in reasons]
     assert ask() == []
-
-
-def test_what_cannot_be_is_answered_with_the_reason_and_finite_numbers(active):
-    for reason, fields in {
-        "RADIUS_NOT_FINITE": {"radius": math.inf},
-        "RADIUS_TOO_SMALL": {"radius": 0.001},
-        "PRESSURE_CAP": {"overpressure": 1.0e6},
-        "OBJECT_TOO_SHORT": {"length": 0.01},
-        "INVALID_REQUEST": {"friction_coefficient": -0.1},
-        "INVALID_REQUEST ": {"payload": math.inf},
-        "INVALID_REQUEST  ": {"axis": [Vector3()]},
-        "GRAVITY_INVALID": {"gravity": [Vector3(x=math.nan)]},
-    }.items():
-        answer = active.plan_wrap(**{"radius": 0.02} | fields)
-        assert (answer.success, answer.reason) == (False, Reason[reason.strip()])
-        assert answer.message
-        assert all_finite(answer)
+    assert ask(objects[0], overpressure=1.0e6) == ["PRESSURE_CAP"]
+    assert ask(*objects[:2], gravity=Vector3(x=math.nan))[0] == "GRAVITY_INVALID"
 
 
 def begin_long_batch(client):
@@ -91,7 +86,6 @@ def begin_long_batch(client):
 def test_a_plan_does_not_wait_for_a_batch(client, namespace):
     with RunningNode(namespace) as node:
         client.wait_until_active()
-        assert client.plan_wrap(0.02).success
         answers = begin_long_batch(client)
         assert client.plan_wrap(0.021).success
         # Nor does the end of the node: nobody wants the rest any more.
@@ -103,8 +97,8 @@ def test_a_plan_does_not_wait_for_a_batch(client, namespace):
 
 def test_a_batch_ends_with_the_gripper_that_it_plans_for(active):
     answers = begin_long_batch(active)
-    assert active.transition("deactivate")
-    assert active.transition("cleanup")
+    for transition in ("deactivate", "cleanup"):
+        assert active.transition(transition)
     active.wait_until(answers.done, "the answer")
     assert len(answers.result().plans) == 1000
     assert answers.result().plans[-1].reason == Reason.NOT_ACTIVE
@@ -114,8 +108,7 @@ def test_every_request_of_a_flood_is_answered_if_with_busy(active):
     """The client's own queues are as deep as what it asks."""
     plans = active.create_client(PlanWrap, "plan_wrap", qos_profile=QoSProfile(depth=FLOOD))
     assert plans.wait_for_service(DEADLINE)
-    request = plan_request([0.02])
-    futures = [plans.call_async(request) for _ in range(FLOOD)]
+    futures = [plans.call_async(plan_request([0.02])) for _ in range(FLOOD)]
     active.wait_until(lambda: all(future.done() for future in futures), "every answer")
     answers = [future.result().plans[0] for future in futures]
     assert sum(answer.success for answer in answers) >= 50
@@ -124,5 +117,4 @@ def test_every_request_of_a_flood_is_answered_if_with_busy(active):
 
 def test_more_grips_than_can_be_waited_for_are_refused(active):
     answers = active.plan_wraps([0.02] * 21, compute_grip=True)
-    assert len(answers) == 21
-    assert all("at most 20" in answer.message for answer in answers)
+    assert ["at most 20" in answer.message for answer in answers] == [True] * 21

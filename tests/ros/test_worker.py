@@ -44,19 +44,6 @@ def stuck():
     re.match(r"(a+)+$", "a" * 40 + "b")
 
 
-def slow_process_id():
-    time.sleep(0.5)
-    return os.getpid()
-
-
-def end_soon(worker):
-    threading.Timer(0.7, worker.end, ["canceled"]).start()
-
-
-def kill(worker):
-    os.kill(worker.answer(os.getpid), signal.SIGKILL)
-
-
 @pytest.fixture
 def worker():
     worker = Worker("answer")
@@ -71,17 +58,19 @@ def wait_for_the_end(process_id):
         time.sleep(0.02)
 
 
-def test_one_process_answers_questions_one_after_the_other(worker):
-    one, other = worker.submit(slow_process_id), worker.submit(slow_process_id)
-    assert one.result() == other.result()
+def end_soon(worker):
+    threading.Timer(0.7, worker.end, ["canceled"]).start()
+
+
+def kill(worker):
+    os.kill(worker.answer(os.getpid), signal.SIGKILL)
 
 
 @pytest.mark.parametrize(
     ("before", "question", "why", "lives"),
     [
-        (None, (design, LONG, 1.0), "not done within 1 s of processor time", True),
+        (Worker, (design, LONG, 1.0), "not done within 1 s of processor time", True),
         (Worker.end, (os.getpid,), "no answer: the node has ended", False),
-        (end_soon, (design, LONG), "no answer: canceled", False),
         (end_soon, (stuck,), "no answer: canceled", False),
         (kill, (time.sleep, 5.0), "no answer: its process was killed", True),
     ],
@@ -90,12 +79,10 @@ def test_what_has_no_answer_is_ended_with_its_reason_and_its_process_too(
     worker, before, question, why, lives
 ):
     first = worker.answer(os.getpid)
-    if before is not None:
-        before(worker)
+    before(worker)
     with pytest.raises(EndedError, match=why):
         worker.answer(*question)
-    if lives:
-        assert worker.answer(os.getpid)
+    assert not lives or worker.answer(os.getpid)
     worker.end()
     wait_for_the_end(first)
     with pytest.raises(EndedError):
@@ -115,11 +102,11 @@ def test_what_nobody_waits_for_any_more_is_ended_and_the_next_question_is_answer
     process_id, wanted = worker.answer(os.getpid), threading.Event()
     wanted.set()
     threading.Timer(0.5, wanted.clear).start()
+    start = time.monotonic()
     for question in ((time.sleep, 60.0), (os.getpid,)):
-        start = time.monotonic()
         with pytest.raises(EndedError, match="nobody waits"):
             worker.answer(*question, is_wanted=wanted.is_set)
-        assert time.monotonic() - start < 20.0
+    assert time.monotonic() - start < 20.0
     wait_for_the_end(process_id)
     assert worker.answer(os.getpid) != process_id
 
@@ -129,30 +116,26 @@ def processes():
     return set(map(int, Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()))
 
 
-def process_of_grips(shared, gripper):
-    """Return the process that answers a question whose object cannot be held."""
-    before = processes()
-    with pytest.raises(NotGrippableError):
-        shared.answer(GripQuestion(gripper, 0.2), lambda: True)
-    return processes() - before
-
-
 def test_nodes_of_one_program_share_a_process_that_ends_with_the_last(gripper):
+    before, seen = processes(), []
     first, second = SharedGrips(), SharedGrips()
-    (process_id,) = process_of_grips(first, gripper)
-    assert not process_of_grips(second, gripper)
-    first.end()
-    first.end()
+    for shared in (first, second, second):
+        with pytest.raises(NotGrippableError):
+            shared.answer(GripQuestion(gripper, 0.2), lambda: True)
+        seen.append(processes() - before)
+        first.end()
     with pytest.raises(EndedError, match="the node has ended"):
         first.answer(GripQuestion(gripper, 0.02), lambda: True)
-    assert not process_of_grips(second, gripper)
     second.end()
+    (process_id,) = seen[0]
+    assert seen == [{process_id}] * 3
     wait_for_the_end(process_id)
 
 
-def test_the_process_computes_behind_all_others_and_hears_no_terminal(worker):
+def test_one_process_computes_behind_all_others_and_hears_no_terminal(worker):
     assert worker.answer(os.nice, 0) == os.nice(0) + 5
-    assert worker.answer(os.getsid, 0) == worker.answer(os.getpid) != os.getsid(0)
+    ids = [worker.submit(ask, *of).result() for ask, *of in ((os.getsid, 0), (os.getpid,))]
+    assert ids[0] == ids[1] != os.getsid(0)
 
 
 def test_nothing_that_was_started_for_it_outlives_a_program_that_waits(worker):
@@ -163,15 +146,21 @@ def test_nothing_that_was_started_for_it_outlives_a_program_that_waits(worker):
     assert set(threading.enumerate()) <= before
 
 
+PROGRAM = """
+import os, time
+print('started', flush=True)
+from spiral_gripper_ros.planning.worker import Worker
+worker = Worker('answer')
+print(worker.answer(os.getpid), flush=True)
+worker.submit(time.sleep, 60.0)
+time.sleep(60.0)
+"""
+
+
 def test_the_programs_main_module_does_not_run_again_and_who_is_killed_leaves_nothing(tmp_path):
     """Without a guard: a node that it starts would run twice, and command twice."""
     program = tmp_path / "program.py"
-    program.write_text(
-        "import os, time\nprint('started', flush=True)\n"
-        "from spiral_gripper_ros.planning.worker import Worker\n"
-        "worker = Worker('answer')\nprint(worker.answer(os.getpid), flush=True)\n"
-        "worker.submit(time.sleep, 60.0)\ntime.sleep(60.0)\n"
-    )
+    program.write_text(PROGRAM)
     with subprocess.Popen([sys.executable, program], stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == b"started\n"
         worker_id = int(process.stdout.readline())
