@@ -15,6 +15,10 @@ class FakePlan:
     loss: float
     recommended: float | None
 
+    @property
+    def wrap(self):
+        return self
+
 
 class FakePlanner:
     """Wraps radii from 10 to 40 mm with 1000 Pa m / radius: 100 kPa to 25 kPa.

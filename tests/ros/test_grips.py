@@ -138,6 +138,18 @@ def test_the_pressure_lies_within_the_window(known, onset, curling, ratio, part)
     assert {question.rate for question in known.asked} == {1.0e6}  # of the node's ramp
 
 
+def test_where_the_table_ends_the_grip_that_is_solved_decides(known):
+    known.use(onset=1.15, curling=1.25)
+    tip = known.runtime.loaded.planner.curve.pressure_from_radius(0.036)
+    assert known.follow(0.036, 0.1, ratio=math.nan).pressure_target == pytest.approx(1.1 * tip)
+    request = plan_request([0.036], compute_grip=True)
+    (exact,) = serve(known.node, "plan_wrap", request).plans
+    assert exact.figures[0].pressure == pytest.approx(1.2 * tip)
+    seen = known.follow(0.036)
+    assert seen.pressure_target == exact.figures[0].pressure
+    assert known.follow(0.0361).pressure_target == pytest.approx(seen.pressure_target, rel=0.01)
+
+
 def test_the_grip_that_is_known_is_told(known):
     seen = known.follow(0.02, ratio=1.2, payload=1.0)
     told = known.told["wrap"]
@@ -167,6 +179,10 @@ def test_an_object_that_is_seen_has_its_margin_in_the_region_of_capture(known, m
     region.margin.return_value = 0.1
     assert "it may be missed" not in known.plan(pose=pose).message
     assert not known.plan().capture_margin
+    monkeypatch.setattr(f"{RUNTIME}.read_regions", lambda _: ())
+    known.runtime.load()
+    assert "pose is not judged" in known.plan(pose=pose).message
+    assert "judged" not in known.plan(pose=pose, compute_grip=True).message + known.plan().message
 
 
 def test_a_radius_that_contact_never_wraps_is_refused_once_that_is_known(known):

@@ -37,7 +37,7 @@ class Target:
         self.overpressure = 0.0
         self._planner: Planner | None = None  # for a plan within other limits
         self._demanded: float | None = None  # overpressure; None: the default one
-        self._least = 0.0  # multiple of the bare wrap that the default one does not fall below
+        self._least = 0.0  # multiple of the tip criterion's pressure that is held at least
         self._frozen: float | None = None
         self._ceiling = math.inf  # the lowest cap since the last input
         self._outdated = True
@@ -86,14 +86,14 @@ class Target:
             return beyond_loss(pressure + demanded, plan.loss)
         self._least = self._kept(radius, plan, limits)
         if overpressure is None:
-            demanded = default_overpressure(plan, limits, self._least * pressure)
+            demanded = default_overpressure(plan, limits, self._least * plan.wrap.pressure)
         self.radius, self.plan, self.overpressure = radius, plan, demanded
         self._planner, self._demanded = planner, overpressure
         self._frozen, self._outdated = None, False
         return None
 
     def _kept(self, radius: float, plan: WrapPlan, limits: Limits) -> float:
-        """Return the multiple of the bare wrap at which the object in use is held at least.
+        """Return the multiple of the tip criterion's pressure that is held at least.
 
         It is that of the moment at which the grip becomes known, or is no longer known; 0: none.
         """
@@ -102,7 +102,7 @@ class Target:
         if self._demanded is not None or limits.grip_ratio is not None:
             return 0.0
         if (self.plan.recommended is None) is not (plan.recommended is None):
-            return 1.0 + self.overpressure / self.plan.pressure
+            return (self.plan.pressure + self.overpressure) / self.plan.wrap.pressure
         return self._least
 
     def lower(self, cap: float) -> None:
