@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actuators, strategies and settings that the tests of the actuator share."""
 
-import math
+from math import radians, sin
 
 import numpy as np
 from hypothesis import settings
@@ -13,12 +13,12 @@ from spiral_core.actuator.fibers import initial_volume_slope
 # The same examples in every run, and no wall clock: a failure repeats.
 repeatable = settings(derandomize=True, deadline=None, database=None, max_examples=150)
 
-PAPER_TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
-LATEX = MooneyRivlin(c1=130.0e3, c2=15.0e3)
+PAPER_TUBE = Tube(4.7625e-3, 0.79375e-3, 0.5)
+LATEX = MooneyRivlin(130.0e3, 15.0e3)
 
 
 def degrees(alpha, beta):
-    return FiberAngles(alpha=math.radians(alpha), beta=math.radians(beta))
+    return FiberAngles(radians(alpha), radians(beta))
 
 
 def actuator(alpha=88.0, beta=60.0, material=LATEX, **choices):
@@ -40,7 +40,7 @@ angles = st.one_of(
 near_pairs = st.tuples(st.floats(5.0, 85.0), st.floats(0.01, 1.0)).map(lambda p: (p[0], sum(p)))
 fiber_pairs = (
     st.one_of(st.tuples(angles, angles), near_pairs)
-    .filter(lambda pair: abs(math.sin(math.radians(pair[0] - pair[1]))) > 1.1e-4)
+    .filter(lambda pair: abs(sin(radians(pair[0] - pair[1]))) > 1.1e-4)
     .map(lambda pair: degrees(*pair))
 )
 extending_pairs = fiber_pairs.filter(lambda fibers: initial_volume_slope(fibers) > 1e-3)

@@ -2,6 +2,7 @@
 """Actuators and synthetic bench tests that the calibration tests share."""
 
 from dataclasses import astuple, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -24,10 +25,10 @@ from spiral_core import (
 
 TUBE = replace(actuator_cases.PAPER_TUBE, length=0.361)
 LAWS = (
-    NeoHookean(c1=130.0e3),
-    MooneyRivlin(c1=90.0e3, c2=40.0e3),
-    Yeoh(c1=130.0e3, c2=-10.0e3, c3=20.0e3),
-    Gent(shear_modulus=260.0e3, extension_limit=3.0),
+    NeoHookean(130.0e3),
+    MooneyRivlin(90.0e3, 40.0e3),
+    Yeoh(130.0e3, -10.0e3, 20.0e3),
+    Gent(260.0e3, 3.0),
 )
 
 PRESSURES = tuple(np.linspace(8.0e3, 96.0e3, 12).tolist())
@@ -56,24 +57,18 @@ def extensions(truth, pressures, error=2.0e-4, noise=None, pressure_noise=0.0):
     return readings
 
 
-def bends(truth, pressures, noise=None, error=0.02):
-    """Return bend angles of the finished actuator."""
-    readings = []
-    for pressure in pressures:
-        shape = FreeActuation(truth).unloaded_shape(pressure)
-        mistake = 0.0 if noise is None else error * noise.standard_normal()
-        angle = shape.curvature * shape.backbone_length + mistake
-        readings.append(BendReading(pressure, angle, TUBE.length, error))
-    return readings
-
-
-def twists(truth, pressures):
-    """Return twists of a straight section, to 0.01 rad."""
-    shapes = [FreeActuation(truth).unloaded_shape(pressure) for pressure in pressures]
+def of_shape(kind, rate, truth, pressures, noise=None, error=0.02):
+    """Return readings of a curvature or a torsion along the finished actuator."""
+    mistakes = np.zeros(len(pressures)) if noise is None else noise.standard_normal(len(pressures))
+    shapes = map(FreeActuation(truth).unloaded_shape, pressures)
     return [
-        TwistReading(p, x.torsion * x.backbone_length, TUBE.length, 0.01)
-        for p, x in zip(pressures, shapes, strict=True)
+        kind(p, getattr(x, rate) * x.backbone_length + error * mistake, TUBE.length, error)
+        for p, x, mistake in zip(pressures, shapes, mistakes, strict=True)
     ]
+
+
+bends = partial(of_shape, BendReading, "curvature")
+twists = partial(of_shape, TwistReading, "torsion")
 
 
 def noisy(truth, seed=4, pressures=PRESSURES):

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's design example as a requirement, with limits of our own where it states none."""
 
-import math
+from dataclasses import replace
+from math import radians
 
 from spiral_core import (
     DesignRequirement,
@@ -14,10 +15,7 @@ from spiral_core import (
 
 PAPER_TUBE = TubeSize("3/8 in x 1/32 in", inner_radius=4.7625e-3, wall_thickness=0.79375e-3)
 LATEX = Elastomer(
-    "latex",
-    MooneyRivlin(c1=130.0e3, c2=15.0e3),
-    density=950.0,
-    pressure_law=PressureLaw.UNIFORM,
+    "latex", MooneyRivlin(130.0e3, 15.0e3), density=950.0, pressure_law=PressureLaw.UNIFORM
 )
 PAPER_EXAMPLE = DesignRequirement(
     radius_min=11.0e-3,
@@ -40,16 +38,16 @@ CATALOG = tuple(
 
 
 def angles(*degrees):
-    return tuple(math.radians(angle) for angle in degrees)
+    return tuple(radians(angle) for angle in degrees)
 
 
-def answered(requirement):
+def answered(requirement=PAPER_EXAMPLE, **changes):
     """Return the report by the tip criterion, as in the paper."""
-    return design_gripper(requirement, contact=False)
+    return design_gripper(replace(requirement, **changes), contact=False)
 
 
-def designed(requirement):
+def designed(*wanted, **changes):
     """Return the design of a feasible requirement."""
-    report = answered(requirement)
+    report = answered(*wanted, **changes)
     assert report.feasible, report.message
     return report.design

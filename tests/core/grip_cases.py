@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Grips for tests, known by heart."""
 
-import math
+from math import inf
 
 import numpy as np
 from core.gripper_cases import paper_gripper
@@ -20,8 +20,8 @@ def figures(tip=5.0e4, curling=6.0e4, loss=8.0e4, force=1.0):
     return GripCurve(
         tip_pressure=tip,
         onset_wrap=0.98 * tip,
-        onset_curling=curling or math.inf,
-        loss=loss or math.inf,
+        onset_curling=curling or inf,
+        loss=loss or inf,
         highest_good=curling or 1.5 * tip,
         top=1.5 * tip,
         friction=0.3,

@@ -7,8 +7,8 @@ positions in space and their spectral derivatives, volume from the flux through 
 gradients from the complex step. Lengths are in units of the wound fibers' radius.
 """
 
-import math
 from dataclasses import dataclass
+from math import cos, sin, tan
 
 import numpy as np
 from scipy.optimize import minimize
@@ -34,7 +34,7 @@ class BruteSection:
         points = screwed(start, shift, turn, rise)
         along = DERIVATIVE @ points
         spin = np.cross(turn, points)
-        axial = rise + spin - math.tan(self.single_angle) * along
+        axial = rise + spin - tan(self.single_angle) * along
         cone = (0.5 * rise + spin / 3.0) * np.cross(points, along)
         pairs = (axial, axial), (axial, along), (along, along)
         return *(np.sum(a * b, axis=1) for a, b in pairs), np.sum(cone) * 2.0 / POINTS
@@ -44,7 +44,7 @@ class BruteSection:
         metric = np.stack(self.state(x)[:3])
 
         def stretched(metric, phi):
-            c, s = math.cos(phi), math.sin(phi)
+            c, s = cos(phi), sin(phi)
             return np.array([c * c, 2.0 * s * c, s * s]) @ metric - 1.0
 
         parts = [stretched(metric, angle) for angle in self.families]
@@ -59,7 +59,7 @@ class BruteSection:
 
         Per unstretched length, in units of the wound fibers' radius.
         """
-        guess = [1.0, 0.01 * bool(self.singles), math.tan(self.single_angle), 1.0]
+        guess = [1.0, 0.01 * bool(self.singles), tan(self.single_angle), 1.0]
 
         def total(x):
             axial, mixed, hoop, volume = self.state(x)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The uniform law's wall as ``docs/derivations/actuator.md`` writes it, with 60 digits."""
 
-import math
 from decimal import Decimal, localcontext
+from math import cos
 
 DIGITS = 60
 # Central differences of second order: right to twice as many digits as the step is small.
@@ -23,7 +23,7 @@ def reference_wall(pair, stretch, twist_shear):
 def _wall(pair, stretch, twist_shear):
     families = []
     for angle in (pair.alpha, pair.beta):
-        cosine = Decimal(math.cos(angle))
+        cosine = Decimal(cos(angle))
         sine, hoop = (
             (1 - (part * cosine) ** 2).sqrt().copy_sign(Decimal(angle)) for part in (1, stretch)
         )

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actuators of the section law that its tests share."""
 
-import math
 from dataclasses import replace
+from math import pi, radians
 
 import numpy as np
 from core.actuator_cases import LATEX, actuator
@@ -20,25 +20,25 @@ from spiral_core import (
 from spiral_core.actuator.section import invariant_excess, motion_at
 
 LAWS = (
-    NeoHookean(c1=145.0e3),
-    MooneyRivlin(c1=118.4e3, c2=105.7e3),
-    Yeoh(c1=145.0e3, c2=-5.0e3, c3=1.0e3),
-    Gent(shear_modulus=290.0e3, extension_limit=30.0),
+    NeoHookean(145.0e3),
+    MooneyRivlin(118.4e3, 105.7e3),
+    Yeoh(145.0e3, -5.0e3, 1.0e3),
+    Gent(290.0e3, 30.0),
 )
 
 
 def section(alpha, beta, material=LATEX, gamma=0.0, apart=0.0, **choices):
     """Return an actuator of the section law, by default in its exact form; angles in degrees."""
-    half = math.radians(0.5 * apart)
+    half = radians(0.5 * apart)
     places = (half, -half) if apart else (0.0,)
-    singles = tuple(SingleFiber(math.radians(gamma), place) for place in places)
+    singles = tuple(SingleFiber(radians(gamma), place) for place in places)
     exact = {"curvature_form": CurvatureForm.EXACT, "pressure_law": PressureLaw.SECTION}
     return actuator(alpha, beta, material, **exact | {"single_fibers": singles} | choices)
 
 
 def one_family(angle, law=LATEX, gamma=0.0):
     """Return a tube with one wound family and a single fiber; angles in degrees."""
-    return replace(section(88.0, 60.0, law, gamma), fibers=OneFamily(math.radians(angle)))
+    return replace(section(88.0, 60.0, law, gamma), fibers=OneFamily(radians(angle)))
 
 
 def uniform(bent):
@@ -65,6 +65,6 @@ def of_ring(curve, ring):
     share = np.tile(ring.weight, len(quadrature) // ring.weight.shape[1]) * quadrature
     density = np.vectorize(bent.material.energy_density)(3.0 + first, 3.0 + second)
     energy = bent.tube.wall_area * (share * density).sum(axis=1)
-    volume = math.pi * bent.wound_radius**2 * (1.0 + ring.stretch_change) * ring.hoop**2
+    volume = pi * bent.wound_radius**2 * (1.0 + ring.stretch_change) * ring.hoop**2
     turns = (turn / ring.hoop / bent.wound_radius for turn in (ring.bend, ring.twist))
     return np.array([energy, volume, *turns])

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The section law against brute force: energy less work minimized over local fields."""
 
-import math
+from math import pi
 
 import numpy as np
 import pytest
 from core.reference_section import POINTS, BruteSection
 from core.section_cases import LAWS, one_family, section
+from numpy.testing import assert_allclose
 
 from spiral_core import FreeActuation, Gent, OneFamily
 from spiral_core.actuator.fibers import family_angles
@@ -22,15 +23,11 @@ def energy(law):
     return law.energy_density
 
 
-CHOSEN = [
-    (section(88.0, 60.0, LAWS[1]), 0.1),
-    (section(88.0, 50.0, LAWS[3]), 0.2),
-    (section(65.0, -65.0, LAWS[2]), 0.5),
-    (section(88.0, 60.0, LAWS[0], gamma=20.0), 0.1),
-    (section(75.0, 50.0, LAWS[1], gamma=-35.0), 0.1),
+CHOSEN = [  # what the random ones are not
     (section(88.0, 60.0, LAWS[1], gamma=15.0, apart=360.0 * 6 / POINTS), 0.1),
     (section(88.0, 60.0, LAWS[1]).without_single_fibers(), 0.1),
     (section(45.0, -45.0, LAWS[1]).without_single_fibers(), 0.4),
+    (section(65.0, -65.0, LAWS[2]), 0.5),
     (one_family(70.0), 0.15),
     (one_family(90.0), 0.15),
     (one_family(75.0, gamma=20.0), 0.15),
@@ -55,13 +52,13 @@ def test_brute_force_finds_the_same_state(bent, fraction):
     pressure = actuation.pressure.with_slope(size)[0]
     shape = actuation.unloaded_shape(pressure)
     radius = bent.wound_radius
-    singles = [round(one.position * POINTS / (2.0 * math.pi)) for one in bent.single_fibers]
+    singles = [round(one.position * POINTS / (2.0 * pi)) for one in bent.single_fibers]
     gamma = bent.single_fibers[0].angle if singles else 0.0
     brute = BruteSection(family_angles(bent.fibers), gamma, singles)
-    wall = bent.tube.wall_area / (math.pi * radius**2)
+    wall = bent.tube.wall_area / (pi * radius**2)
     expected = np.array([1.0, shape.curvature * radius, shape.torsion * radius]) * shape.stretch
     # SLSQP ends at a change of 1e-15 of the energy: half the digits of what minimizes it. One
     # family is solved for at twelve angles, here at 21 points.
     digits = 1e-7 if isinstance(bent.fibers, OneFamily) else 2e-8
     found = brute.solve(energy(bent.material), pressure, wall)
-    assert found == pytest.approx(expected, rel=0.0, abs=digits)
+    assert_allclose(found, expected, 0.0, digits)

@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """The coiled range: known axes, every sub-branch, snaps, true refusals; its table of guesses."""
 
-import math
 import re
 from dataclasses import replace
-from types import SimpleNamespace
+from functools import partial
+from math import hypot, inf, isnan, pi
 
 import numpy as np
 import pytest
 from core.gripper_cases import linear_gripper, paper_gripper
 from core.wrap_cases import OUTER_RADIUS, TILTED, G, linear_curve, paper_curve
 from numpy.linalg import norm
+from numpy.testing import assert_allclose
 
 from spiral_core import MeasuredActuation, NoCoilError, NotGrippableError, WrapCurve, solve_rod
 from spiral_core.wrap.coil import coil_from_state
-from spiral_core.wrap.curve import WrapTable
 from spiral_core.wrap.scan import PressureScan
 
 AXIS = (1.0, 0.0, 0.0)
@@ -26,32 +26,30 @@ SHARE = 250.0 / (250.0**2 + 30.0**2) / OUTER_RADIUS
 def test_of_several_pressures_the_lowest_is_taken_and_gaps_have_none():
     curve = paper_curve("P1", TILTED, AXIS)
     pressures = np.linspace(curve.pressure_min, curve.pressure_max, 400)
-    wraps = [curve.wrap_at_pressure(pressure) for pressure in pressures.tolist()]
+    wraps = [curve.wrap_at_pressure(pressure) for pressure in pressures]
     coiled = np.array([wrap.turns > 1.051 and wrap.object_radius > 1e-4 for wrap in wraps])
     radii = np.array([wrap.object_radius for wrap in wraps])
     for radius in (0.008, 0.012, 0.018, 0.025, 0.035):
         passed = (radii[:-1] - radius) * (radii[1:] - radius) <= 0.0
         first = int(np.argmax(passed & coiled[:-1] & coiled[1:]))
         assert pressures[first] <= curve.pressure_from_radius(radius) <= pressures[first + 1]
-    outside = next(p for p in pressures.tolist() if not curve.is_coiled(p))
     with pytest.raises(NoCoilError):
-        curve.radius_from_pressure(outside)
+        curve.radius_from_pressure(next(p for p in pressures if not curve.is_coiled(p)))
 
 
 def test_a_short_part_of_the_range_before_a_leap_of_the_turns_is_found():
     # Near 21.25 kPa the tangent of the coil's last turn comes so near to the axis that a part of
     # that turn no longer counts: some 200 Pa of valid wraps lie below, between two samples.
     gravity = (-6.767843461129852, -4.813767935064768, -5.214817098948359)
-    curve = paper_curve("P2", gravity)
-    pressures = np.linspace(20.9e3, 21.3e3, 161).tolist()
-    wraps = [curve.wrap_at_pressure(pressure) for pressure in pressures]
-    island = [wrap for wrap in wraps if wrap.turns >= 1.05 + 1e-4]
-    assert 10 < len(island) < 100
-    for wrap in island:
-        assert curve.is_coiled(wrap.pressure)
-        assert curve.pressure_from_radius(wrap.object_radius) <= wrap.pressure * (1.0 + 1e-7)
-    for wrap in wraps:
-        assert wrap.turns >= 1.05 - 1e-4 or not curve.is_coiled(wrap.pressure)
+    curve, island = paper_curve("P2", gravity), 0
+    for pressure in np.linspace(20.9e3, 21.3e3, 161):
+        wrap = curve.wrap_at_pressure(pressure)
+        assert wrap.turns >= 1.05 - 1e-4 or not curve.is_coiled(pressure)
+        if wrap.turns >= 1.05 + 1e-4:
+            island += 1
+            assert curve.is_coiled(pressure)
+            assert curve.pressure_from_radius(wrap.object_radius) <= pressure * (1.0 + 1e-7)
+    assert 10 < island < 100
 
 
 def test_a_tangent_that_turns_back_at_the_least_sine_grazes_it():
@@ -59,7 +57,7 @@ def test_a_tangent_that_turns_back_at_the_least_sine_grazes_it():
     sines = norm(np.cross(wrap.state.tangents, wrap.axis), axis=1)
     inner = sines[1:-1]
     above = inner[inner <= np.minimum(sines[:-2], sines[2:])] - 0.5 * sines[-1]
-    assert wrap.turn_count_margin == pytest.approx(min(above, key=abs), abs=1e-9)
+    assert_allclose(wrap.turn_count_margin, min(above, key=abs), 0, 1e-9)
 
 
 def test_a_radius_that_turns_back_next_to_the_limit_is_seen():
@@ -81,65 +79,27 @@ def test_a_tube_that_snaps_is_answered_on_both_sides():
     assert curve.pressure_min < snap < curve.pressure_max
     for factor in (0.999, 1.0001, 1.001):
         radius = curve.wrap_at_pressure(factor * snap).object_radius
-        assert curve.wrap_for_radius(radius).object_radius == pytest.approx(radius, rel=1e-7)
+        assert_allclose(curve.wrap_for_radius(radius).object_radius, radius, 1e-7)
     before, after = (curve.state_at_pressure(f * snap).tip_position for f in (0.999, 1.001))
     assert norm(after - before) > 0.02
 
 
-@pytest.mark.parametrize(
-    ("options", "end", "beyond", "reason"),
-    [
+def test_the_nearest_radius_is_named_with_what_ends_the_range():
+    for options, end, beyond, reason in [
         (CLOSING, "radius_min", -1e-9, "too thin .* the coil closes on itself"),
         ({}, "radius_min", -0.5, "too thin .* pressure limit of 100000 Pa"),
         ({}, "radius_max", 1e-9, "too thick .* 1.05 turns of this length"),
-    ],
-)
-def test_the_nearest_radius_is_named_with_what_ends_the_range(options, end, beyond, reason):
-    curve = linear_curve(**options)
-    nearest = getattr(curve, end)
-    radius = nearest * (1.0 + beyond)
-    with pytest.raises(NotGrippableError, match=reason) as caught:
-        curve.wrap_for_radius(radius)
-    error = caught.value
-    assert (error.radius, error.nearest_radius) == (radius, nearest)
-    assert error.margin == pytest.approx(-abs(radius - nearest), rel=1e-9)
-    printed = re.search(r"nearest grippable radius is (\S+) m", str(error))
-    curve.wrap_for_radius(float(printed[1]))
-
-
-def test_the_thinnest_radii_in_range_are_answered():
-    curve = linear_curve(weight=0.24, **CLOSING)
-    for radius in np.linspace(curve.radius_min, 2e-5, 25).tolist():
-        assert curve.wrap_for_radius(radius).object_radius == pytest.approx(radius, abs=1e-10)
-
-
-@pytest.mark.parametrize(
-    ("options", "turns", "closes"),
-    [
-        ({"length": 0.1}, 0.1 * math.hypot(50.0, 20.0), None),
-        # As it closes on itself: turns that leave no room are not called too few.
-        ({"turns_required": 18.0, **CLOSING}, 0.5 * SHARE * math.hypot(250.0, 30.0), 1e5 * SHARE),
-    ],
-)
-def test_the_most_turns_with_room_inside_are_named(options, turns, closes):
-    with pytest.raises(NoCoilError) as caught:
-        linear_curve(**options)
-    # Between the samples of the range, 1 % of it apart.
-    rel = 0.02 if closes else 1e-6
-    assert caught.value.turns == pytest.approx(turns / (2.0 * math.pi), rel=rel)
-    assert caught.value.closes_at == (closes and pytest.approx(closes, rel=rel))
-    assert caught.value.turns_required == options.get("turns_required", 1.05)
-
-
-def test_a_coil_that_opens_again_is_not_called_closed_from_there_on():
-    gripper = paper_gripper("P2", (0.0, G, 0.0), AXIS)
-    with pytest.raises(NoCoilError) as caught:
-        WrapCurve(gripper)
-    error, scan = caught.value, PressureScan(gripper)
-    assert error.closes_at < error.pressure
-    assert not scan.wrap_at(error.closes_at).object_radius > 1e-3 * OUTER_RADIUS
-    assert scan.wrap_at(error.pressure).object_radius > 1e-3 * OUTER_RADIUS
-    assert f"; at {error.closes_at:.6g} Pa the coil has closed on itself;" in str(error)
+    ]:
+        curve = linear_curve(**options)
+        nearest = getattr(curve, end)
+        radius = nearest * (1.0 + beyond)
+        with pytest.raises(NotGrippableError, match=reason) as caught:
+            curve.wrap_for_radius(radius)
+        error = caught.value
+        assert (error.radius, error.nearest_radius) == (radius, nearest)
+        assert_allclose(error.margin, -abs(radius - nearest), 1e-9)
+        printed = re.search(r"nearest grippable radius is (\S+) m", str(error))
+        curve.wrap_for_radius(float(printed[1]))
 
 
 def measured(curvatures, torsions):
@@ -150,36 +110,65 @@ def measured(curvatures, torsions):
     return WrapCurve(replace(heavy, actuation=actuation))
 
 
-def test_a_pressure_that_does_not_bend_is_stepped_over():
-    """It twists before it bends, and some pressures change nothing."""
-    curve = measured(
-        (0.0, 0.0, 20.0, 20.0, 45.0, 50.0, 50.0), (0.0, -10.0, -15.0, -15.0, -18.0, -20.0, -20.0)
-    )
-    for radius in np.linspace(curve.radius_min, curve.radius_max, 30).tolist():
-        assert curve.wrap_for_radius(radius).object_radius == pytest.approx(radius, rel=1e-7)
-    straight = curve.wrap_at_pressure(1.0e4)
-    assert straight.object_radius == math.inf
+# It twists before it bends, and some pressures change nothing.
+STEPS = ((0.0, 0.0, 20.0, 20.0, 45.0, 50.0, 50.0), (0.0, -10.0, -15.0, -15.0, -18.0, -20.0, -20.0))
 
 
-@pytest.mark.parametrize(
-    ("curvatures", "torsions", "match"),
-    [
-        ((0.0, 0.0, 0.0), (0.0, -5.0, -9.0), "no pressure up to 100000 Pa bends the gripper"),
+def test_the_most_turns_with_room_inside_are_named():
+    for make, turns, closes, said in [
+        (partial(linear_curve, length=0.1), 0.1 * hypot(50.0, 20.0), None, " 1.05 are required"),
+        # As it closes on itself: turns that leave no room are not called too few.
+        (
+            partial(linear_curve, turns_required=18.0, **CLOSING),
+            *(0.5 * SHARE * hypot(250.0, 30.0), 1e5 * SHARE, " 18 are required"),
+        ),
+        (
+            partial(measured, (0.0, 0.0, 0.0), (0.0, -5.0, -9.0)),
+            *(0.0, None, "no pressure up to 100000 Pa bends the gripper"),
+        ),
         # A fiber wound so steeply that its helix is narrower than the tube.
-        ((0.0, 15.0, 30.0), (-350.0, -340.0, -330.0), "no pressure up to 100000 Pa leaves room"),
-    ],
-)
-def test_a_coil_that_never_opens_is_not_called_short_of_turns(curvatures, torsions, match):
-    with pytest.raises(NoCoilError, match=match) as caught:
-        measured(curvatures, torsions)
-    assert caught.value.turns == 0.0
+        (
+            partial(measured, (0.0, 15.0, 30.0), (-350.0, -340.0, -330.0)),
+            *(0.0, None, "no pressure up to 100000 Pa leaves room"),
+        ),
+    ]:
+        with pytest.raises(NoCoilError, match=said) as caught:
+            make()
+        # Between the samples of the range, 1 % of it apart.
+        rel = 0.02 if closes else 1e-6
+        assert_allclose(caught.value.turns, turns / (2.0 * pi), rel)
+        assert not turns or caught.value.closes_at == (closes and pytest.approx(closes, rel=rel))
 
 
-@pytest.mark.parametrize("pressure", [1e-300, 1e-12, 1e-3])
-def test_almost_no_pressure_wraps_nothing(pressure):
-    wrap = paper_curve().wrap_at_pressure(pressure)
-    assert not math.isnan(wrap.object_radius)
-    assert wrap.turns < 0.5
+def test_a_coil_that_opens_again_is_not_called_closed_from_there_on():
+    gripper = paper_gripper("P2", (0.0, G, 0.0), AXIS)
+    with pytest.raises(NoCoilError, match=r"; at .* Pa the coil has closed on itself;") as caught:
+        WrapCurve(gripper)
+    error, scan = caught.value, PressureScan(gripper)
+    closed, opened = (scan.wrap_at(p).object_radius for p in (error.closes_at, error.pressure))
+    assert error.closes_at < error.pressure
+    assert not closed > 1e-3 * OUTER_RADIUS < opened
+
+
+def test_the_radii_of_unusual_coils_are_answered():
+    for make, most in [
+        (partial(measured, *STEPS), 1.0),
+        # Nearly closed on itself.
+        (partial(linear_curve, weight=0.24, **CLOSING), 2e-5),
+        # Eleven turns: the range is sampled as finely as the coil's turning asks for.
+        (partial(linear_curve, length=1.3, weight=0.01, gravity=(0.0, G, 0.0)), 0.06),
+    ]:
+        curve = make()
+        for radius in np.linspace(curve.radius_min, min(curve.radius_max, most), 25):
+            assert_allclose(curve.wrap_for_radius(radius).object_radius, radius, 1e-7, 1e-10)
+        assert most < 1.0 or curve.wrap_at_pressure(1.0e4).object_radius == inf
+
+
+def test_almost_no_pressure_wraps_nothing():
+    for pressure in [1e-300, 1e-12, 1e-3]:
+        wrap = paper_curve().wrap_at_pressure(pressure)
+        assert not isnan(wrap.object_radius)
+        assert wrap.turns < 0.5
 
 
 def test_turns_about_an_axis_near_the_tangents_do_not_depend_on_the_elements():
@@ -188,28 +177,4 @@ def test_turns_about_an_axis_near_the_tangents_do_not_depend_on_the_elements():
     wrap = curve.wrap_at_pressure(103_972.9)
     shape, gripper = wrap.unloaded_shape, curve.gripper
     fine = solve_rod(gripper.rod(shape), gripper.load(shape), elements=2000, start=wrap.state)
-    assert wrap.turns == pytest.approx(coil_from_state(fine, wrap.axis).total_turns, abs=5e-3)
-
-
-def test_guesses_are_near_and_within_their_bracket():
-    """Solved radii scatter by their tolerance: two wraps next to each other spoil no guess."""
-
-    def curvature(pressure):
-        """Return a curve like a gripper's: nearly linear, with a ripple from the tip's turning."""
-        return 20.0 + 8e-4 * pressure + 1.5 * np.sin(9e-5 * pressure)
-
-    samples = np.linspace(2.0e4, 1.0e5, 30)
-    pressures = np.insert(samples, 1, samples[0] * (1.0 + 1e-7))
-    radii = (1.0 + 1e-9 * (np.arange(31) % 2)) / curvature(pressures) - OUTER_RADIUS
-    table = WrapTable(
-        [
-            SimpleNamespace(pressure=p, object_radius=r, outer_radius=OUTER_RADIUS)
-            for p, r in zip(pressures, radii, strict=True)
-        ]
-    )
-    for pressure in np.linspace(samples[0], samples[-1], 211):
-        low, high, guess, rate = table.bracket_and_guess(curvature(pressure))
-        assert low <= guess <= high
-        # The ripple's period is 25 samples, the ends see it from one side: 8 nodes leave this much.
-        assert guess == pytest.approx(pressure, rel=3e-6)
-        assert rate == pytest.approx(8e-4 + 1.35e-4 * math.cos(9e-5 * pressure), rel=2e-4)
+    assert_allclose(wrap.turns, coil_from_state(fine, wrap.axis).total_turns, 0, 5e-3)

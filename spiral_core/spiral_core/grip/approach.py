@@ -28,6 +28,7 @@ from spiral_core.validation import (
     require_direction,
     require_finite,
     require_in_range,
+    require_kind,
     require_non_negative,
     require_positive,
 )
@@ -88,6 +89,7 @@ class ApproachTask:
     tilt_max: float = math.pi
 
     def __post_init__(self) -> None:
+        require_kind("gripper", self.gripper, Gripper)
         require_positive("radius", self.radius)
         if self.payload is not None:
             require_positive("payload", self.payload)
