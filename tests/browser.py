@@ -31,9 +31,7 @@ def studio(*arguments):
     command = [sys.executable, "-c", code, "studio", "--no-browser", "--port", str(port)]
     with subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, text=True) as process:
         try:
-            for line in process.stdout:
-                if "Ctrl-C" in line:
-                    break
+            any("Ctrl-C" in line for line in process.stdout)
             yield f"http://127.0.0.1:{port}"
         finally:  # also after a failure: leaving the block waits for the process
             process.terminate()
@@ -53,9 +51,7 @@ def opened(address):
         page.set_default_timeout(1e3 * PATIENCE)
         complaints = []
         page.on("pageerror", lambda error: complaints.append(str(error)))
-        page.on(
-            "console", lambda said: complaints.append(said.text) if said.type == "error" else None
-        )
+        page.on("console", lambda said: said.type != "error" or complaints.append(said.text))
         page.goto(address)
         yield page
         assert not complaints, complaints

@@ -2,6 +2,8 @@
 """The command ``close``: what it prints, draws and keeps after Ctrl-C."""
 
 from dataclasses import replace
+from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -26,7 +28,7 @@ from spiral_gripper.reports.grip.plots import object_surface
 
 pytestmark = pytest.mark.long
 
-ASKED = ["close", "paper_design_70", "--radius", "20 mm", "--rate", "500 kPa/s", "--wait", "0.2 s"]
+ASKED = "close paper_design_70 --radius 20mm --rate 500kPa/s --wait 0.2s"
 GRIPPER = load_description("paper_design_70").gripper
 FAST = CloseQuestion(GRIPPER, 0.02, 5e5, None, 0.2, None, Damping(), advise=False)
 
@@ -36,28 +38,25 @@ def told(solved):
     return dict(rows_of(CLOSE, solved)), document_of(CLOSE, solved)
 
 
-def test_a_fast_closing_is_told_drawn_and_animated(tmp_path, answer):
-    plot, film = tmp_path / "closing.png", tmp_path / "closing.gif"
-    told = answer(*ASKED, "--plot", str(plot), "--animate", str(film))
+def test_a_fast_closing_is_told_drawn_and_animated(answer):
+    told = answer(ASKED, "--plot closing.png --animate closing.gif")
     assert (told["complete"], told["orderly"]) == (True, False)
     assert told["frames"][-1]["pressure"] == pytest.approx(told["pressure"])
-    assert len(told["frames"][0]["tip"]) == 3
-    forces, spread = told["holding_forces"], told["spread"]
-    ranges = [(forces[pull], spread["holding_forces"][pull]) for pull in forces]
-    for value, (low, high) in (*ranges, (told["contact_fraction"], spread["contact_fraction"])):
-        assert low <= value <= high
-    assert plot.read_bytes().startswith(b"\x89PNG")
-    assert film.read_bytes().startswith(b"GIF89a")
+    spread = told["spread"]["holding_forces"]
+    for pull, force in told["holding_forces"].items():
+        low, high = spread[pull]
+        assert low <= force <= high
+    assert Path("closing.png").read_bytes().startswith(b"\x89PNG")
+    assert Path("closing.gif").read_bytes().startswith(b"GIF89a")
 
 
 def test_an_orderly_closing_is_repeated_on_request_only():
     question = replace(FAST, rate=5e4, pressure=1e4)
-    plain, repeated = solve_close(question), solve_close(replace(question, spread=True))
-    rows, data = told(plain)
-    assert plain.orderly
-    assert data["spread"] is None
-    assert " to " not in rows["presses with"]
-    assert " to " in told(repeated)[0]["presses with"]
+    for spread in (False, True):
+        solved = solve_close(replace(question, spread=spread))
+        rows, data = told(solved)
+        assert solved.orderly
+        assert (" to " in rows["presses with"]) is (data["spread"] is not None) is spread
 
 
 def test_an_interrupt_keeps_what_was_computed_and_a_hanging_state_may_be_unknown(monkeypatch):
@@ -65,15 +64,12 @@ def test_an_interrupt_keeps_what_was_computed_and_a_hanging_state_may_be_unknown
         if done == 5:
             raise KeyboardInterrupt
 
-    def lost(*_, **__):
-        raise SolverError(RodStatus.NOT_HELD, 1.0, 1)
-
+    lost = Mock(side_effect=SolverError(RodStatus.NOT_HELD, 1.0, 1))
     monkeypatch.setattr(document, "settling_after_move", lost)
     solved = solve_close(FAST, interrupted)
     rows, data = told(solved)
     assert (len(solved.closing.frames), solved.forces, data["complete"]) == (5, (), False)
     assert "NOT COMPLETE" in rows
-    assert rows["hanging tube swings at"] == "not known"
     assert data["hanging_frequency"] is None
 
 
@@ -89,19 +85,14 @@ def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(mon
     rows, data = told(solved)
     assert (solved.closing.is_complete, len(solved.forces), data["complete"]) == (True, 2, False)
     assert solved.advice.rates == (solved.pressure / 0.2,)
-    assert solved.advice.fastest in (None, solved.pressure / 0.2)
     assert {"INTERRUPTED", "NOT COMPLETE"} & rows.keys() == {"INTERRUPTED"}
 
 
 def test_the_object_of_an_animation_has_one_length():
     setup = lay_into_coil(GRIPPER, 0.02)
     hanging = GripPoint(0.0, setup, hanging_tube(setup))
-    own, given = (
-        np.ptp(object_surface(hanging, reach).triangles @ setup.axis)
-        for reach in (None, (-0.3, 0.1))
-    )
-    assert given == pytest.approx(0.4 + 8.0 * hanging.outer_radius, rel=1e-6)
-    assert own != pytest.approx(given, rel=0.01)
+    length = np.ptp(object_surface(hanging, (-0.3, 0.1)).triangles @ setup.axis)
+    assert length == pytest.approx(0.4 + 8.0 * hanging.outer_radius, rel=1e-6)
 
 
 def test_a_whip_that_no_step_resolves_is_damped_and_does_not_grow():
@@ -119,17 +110,16 @@ def test_pulses_keep_the_grip_that_one_fast_rise_loses():
     """A valve that always rises at 60 kPa/s, in eight pulses."""
     setup = lay_into_coil(GRIPPER, 0.02)
     top, wait = 1.15 * setup.tip_pressure, 3.0
-    rise = top / 6e4
-
-    def kept(times, shares):
-        """Return the share that a course of times and shares of the pressure keeps."""
-        course = PressureCourse(tuple(times), tuple(top * np.array(shares)))
-        return close_on(setup, course).holding_force().force / slow
-
     slow = holding_force(slow_closing(setup, top)).force
     assert slow == pytest.approx(0.465, rel=0.01)
-    steps = np.arange(8)
-    starts, shares = steps * (rise / 8.0 + 0.25), np.repeat(np.arange(9), 2)[1:] / 8.0
-    times = [*np.column_stack([starts, starts + rise / 8.0]).ravel()]
-    assert kept([*times, times[-1] + 0.25 + wait], shares) == pytest.approx(1.03, abs=0.05)
-    assert kept((0.0, rise, rise + wait), (0.0, 1.0, 1.0)) < 0.25
+
+    def kept(pulses):
+        """Return the share of the force that is kept."""
+        steps, rise = np.arange(pulses), top / 6e4 / pulses
+        times = (steps[:, None] * (rise + 0.25) + (0.0, rise)).ravel()
+        pressures = np.repeat(np.arange(pulses + 1), 2)[1:] * top / pulses
+        course = PressureCourse((*times, times[-1] + 0.25 + wait), tuple(pressures))
+        return close_on(setup, course).holding_force().force / slow
+
+    assert kept(8) == pytest.approx(1.03, abs=0.05)
+    assert kept(1) < 0.25

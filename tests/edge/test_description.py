@@ -12,13 +12,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from repo.source_tree import FENCED, ROOT, printed_by_python
+from ruamel.yaml import YAML
 
 from spiral_core import (
     CurvatureForm,
     Gent,
     PressureLaw,
     SingleFiber,
-    SpiralError,
     stiffness_from_actuator,
 )
 from spiral_core.wrap.gripper import stiffness_from_section
@@ -26,7 +26,7 @@ from spiral_gripper import DescriptionError, ProblemKind, available_grippers, lo
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.files.fields import FIELDS, LAWS, constants_of
 
-PAGE = (ROOT / "docs" / "gripper_files.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "gripper_files.md").read_text("utf-8")
 (SMALLEST,) = (text for kind, text in FENCED.findall(PAGE) if kind == "yaml")
 HELICAL = """\
 name: helical_fiber
@@ -99,36 +99,19 @@ def refused(text):
 
 
 def with_field(name, value):
-    """Return the smallest file with one field added or replaced."""
-    section, _, key = name.rpartition(".")
+    """Return the smallest file with one field added or replaced, in braces."""
+    fields, (section, _, key) = YAML(typ="safe").load(SMALLEST), name.rpartition(".")
     if section == "measured":
-        lists = "".join(f"  {k}: {v}\n" for k, v in (MEASURED | {key: value}).items())
-        return f"{changed('16 psi', '30 kPa')}measured:\n{lists}"
-    kept = "".join(line for line in SMALLEST.splitlines(True) if not line.strip().startswith(key))
-    head, title, rest = kept.partition(f"{section}:\n")
-    if not section:
-        return f"{kept}{key}: {value}\n"
-    title = title or f"{section}:\n"
-    return f"{head}{title}  {key}: {value}\n{rest}"
-
-
-def numbers(description):
-    """Return what a description means, in figures."""
-    gripper, tube = description.gripper, description.gripper.tube
-    mount = (*gripper.gravity, *(gripper.object_axis or ()))
-    fibers = description.actuator.fibers
-    return [
-        tube.inner_radius, tube.wall_thickness, tube.length, fibers.alpha, fibers.beta,
-        description.actuator.fiber_radius, description.density, gripper.weight_per_length,
-        description.extra_mass_per_length, gripper.pressure_max, gripper.turns_required,
-        gripper.stiffness.bending, gripper.stiffness.torsional, *mount,
-    ]  # fmt: skip
+        fields |= {"measured": dict(MEASURED), "limits": {"pressure_max": "30 kPa"}}
+    (fields.setdefault(section, {}) if section else fields)[key] = value
+    return str(fields).replace("'", "")
 
 
 def test_the_smallest_file_has_one_straight_fiber_and_the_stiffness_of_the_annulus():
     description = read(SMALLEST)
     gripper, actuator = description.gripper, description.actuator
     assert actuator.single_fibers == (SingleFiber(0.0, 0.0),)
+    assert actuator.fiber_radius == actuator.tube.inner_radius
     assert gripper.friction_coefficient is None
     assert gripper.stiffness == stiffness_from_actuator(actuator)
     one = read(SMALLEST + "stiffness:\n  torsional: 1e-4 N m^2\n").gripper.stiffness
@@ -138,26 +121,29 @@ def test_the_smallest_file_has_one_straight_fiber_and_the_stiffness_of_the_annul
 def test_every_field_of_a_complete_file_reaches_the_gripper():
     description = read(COMPLETE)
     actuator, gripper = description.actuator, description.gripper
-    mass = 960.0 * gripper.tube.wall_area + 2e-3
-    assert numbers(description) == pytest.approx([
-        5e-3, 1e-3, 0.4, math.radians(88), -math.radians(60), 5.5e-3, 960.0, mass * 9.80665,
-        2e-3, 90e3, 1.5, 4e-4, 3e-4, 0.0, 6.0, -8.0, 0.0, 0.0, -1.0,
+    tube, fibers, stiffness = gripper.tube, actuator.fibers, gripper.stiffness
+    assert [
+        tube.inner_radius, tube.wall_thickness, tube.length, fibers.alpha, fibers.beta,
+        actuator.fiber_radius, gripper.weight_per_length, gripper.pressure_max,
+        gripper.turns_required, gripper.friction_coefficient, stiffness.bending,
+        stiffness.torsional, *gripper.gravity, *gripper.object_axis,
+    ] == pytest.approx([
+        5e-3, 1e-3, 0.4, math.radians(88), -math.radians(60), 5.5e-3,
+        (960.0 * tube.wall_area + 2e-3) * 9.80665, 90e3, 1.5, 0.6, 4e-4, 3e-4, 0, 6, -8, 0, 0, -1,
     ])  # fmt: skip
     assert description.description == "Everything that a file can say"
     assert actuator.material == Gent(shear_modulus=290e3, extension_limit=50.0)
     choices = (actuator.curvature_form, actuator.pressure_law, actuator.twist_shear)
     assert choices == (CurvatureForm.EXACT, PressureLaw.UNIFORM, False)
-    assert gripper.friction_coefficient == 0.6
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_every_law_takes_its_constants(law):
     constants = {name: 50e3 + k for k, name in enumerate(constants_of(law))}
-    lines = [f"  {name}: {value} Pa\n" for name, value in constants.items()]
-    if law == "gent":
-        constants["extension_limit"], lines[1] = 51.0, "  extension_limit: 51\n"
+    lines = "".join(f"  {name}: {value} Pa\n" for name, value in constants.items())
+    lines = re.sub("(extension_limit.*) Pa", r"\1", lines)
     old = "  law: mooney_rivlin\n  c1: 130 kPa\n  c2: 15 kPa\n"
-    material = read(changed(old, f"  law: {law}\n{''.join(lines)}")).actuator.material
+    material = read(changed(old, f"  law: {law}\n{lines}")).actuator.material
     assert material == LAWS[law](**constants)
 
 
@@ -199,7 +185,8 @@ MISTAKES = {
 def test_each_mistake_has_its_place_and_its_message(change):
     error = refused(changed(*change.split(" -> ")))
     assert MISTAKES[change] in str(error)
-    assert len(error.problems) == 1
+    (problem,) = pickle.loads(pickle.dumps(error)).problems
+    assert str(problem) == str(error)
 
 
 # Fibers that leave no motion, in place of those of the smallest file, and where this is said.
@@ -230,23 +217,14 @@ def test_fibers_that_leave_no_motion_are_refused_in_their_place(fields):
     assert CONTRADICTIONS[fields] in str(problem)
 
 
-@pytest.mark.parametrize("unit", ["psi", "Pa", "bar"])
-def test_a_pressure_past_locking_is_refused_with_the_limit_in_the_files_unit(unit):
-    (problem,) = refused(changed("16 psi", f"1e8 {unit}", UNIFORM)).problems
-    stated, said = problem.requirement.split(", the actuator's own limit: ")
-    assert (problem.field, said[:7]) == ("limits.pressure_max", "a fiber")
+def test_a_pressure_past_locking_is_refused_with_the_limit_in_the_files_unit():
+    (problem,) = refused(changed("16 psi", "1e8 bar", UNIFORM)).problems
+    stated = problem.requirement.partition(", the actuator's own limit: a fiber")[0]
+    assert stated.endswith(" bar")
     gripper = read(changed("16 psi", stated.removeprefix("at most "), UNIFORM)).gripper
     # Four digits are stated, rounded down.
-    assert gripper.pressure_max <= gripper.actuation.pressure_limit
-    assert stated.endswith(f" {unit}")
-    assert gripper.pressure_max == pytest.approx(gripper.actuation.pressure_limit, rel=1.1e-3)
-
-
-def test_the_error_survives_pickling():
-    error = refused(changed("16 psi", "16"))
-    assert isinstance(error, SpiralError)
-    again = pickle.loads(pickle.dumps(error))
-    assert (str(again), again.problems) == (str(error), error.problems)
+    limit = gripper.actuation.pressure_limit
+    assert 0.9989 * limit < gripper.pressure_max <= limit
 
 
 def test_all_mistakes_of_a_file_are_reported_together_in_their_order():
@@ -260,14 +238,8 @@ def test_all_mistakes_of_a_file_are_reported_together_in_their_order():
         (11, ProblemKind.WRONG, "material.c1"),
     ]
     # What the core refuses, once all values are read.
-    text = changed("500 mm", "-500 mm", changed("88 deg", "95 deg", changed("15", "-150")))
-    fields = [problem.field for problem in refused(changed("0.95", "0", text)).problems]
-    assert fields == [
-        "tube.length",
-        "fibers.alpha",
-        "material.c1 + material.c2",
-        "material.density",
-    ]
+    text = changed("500 mm", "-500 mm", changed("88 deg", "95 deg"))
+    assert [p.field for p in refused(text).problems] == ["tube.length", "fibers.alpha"]
 
 
 VALUES = ("0", "1e300", "1e-300", "-1", "1e5", "1e-5", "1", ".nan", "true", "[1, 0, 0]", "{}", "")
@@ -288,12 +260,6 @@ def test_any_value_anywhere_is_read_or_refused_as_a_description(line, value, uni
 
 def codes(cell):
     return re.findall(r"`([^`]+)`", cell)
-
-
-def table_after(heading):
-    section = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
-    rows = [line.strip()[1:-1].split("|") for line in section.splitlines() if line[:1] == "|"]
-    return [[cell.strip() for cell in row] for row in rows[2:]]
 
 
 # What a field is allowed to be -> the nearest values that it may have, and that it may not.
@@ -326,30 +292,30 @@ def test_a_field_is_what_the_page_allows(name):
         assert refused(with_field(name, value.format(unit))).problems[0].field == name
 
 
-@pytest.mark.parametrize("name", [name for name, field in FIELDS.items() if codes(field.default)])
+DEFAULTS = {name: codes(field.default) for name, field in FIELDS.items()}
+# Without those whose default is another field's value.
+STATED = [name for name, default in DEFAULTS.items() if default and default[0] not in FIELDS]
+
+
+@pytest.mark.parametrize("name", STATED)
 def test_a_stated_default_is_what_leaving_out_means(name):
-    (default,) = codes(FIELDS[name].default)
-    default = "4.7625 mm" if default in FIELDS else default  # another field's value
-    left_out, stated = read(SMALLEST), read(with_field(name, default))
-    assert numbers(stated) == numbers(left_out)
-    for choice in ("twist_shear", "pressure_law", "thick_wall", "curvature_form"):
-        assert getattr(stated.actuator, choice) == getattr(left_out.actuator, choice)
+    left_out, stated = read(SMALLEST), read(with_field(name, *DEFAULTS[name]))
+    assert (stated.gripper, stated.actuator) == (left_out.gripper, left_out.actuator)
     assert read(HELICAL).actuator.curvature_form is CurvatureForm.EXACT
 
 
 def test_a_measured_curve_and_the_sections_stiffness_reach_the_gripper():
     shape = read(with_field("measured.pressures", MEASURED["pressures"])).gripper
     assert shape.unloaded_shape(2e4).torsion < 0.0 < shape.unloaded_shape(2e4).curvature
-    description = read(with_field("stiffness.section_at", "80 kPa"))
-    expected = stiffness_from_section(description.actuator, 80e3)
-    assert description.gripper.stiffness == expected
-    assert read(with_field("model.thick_wall", "true")).actuator.thick_wall is True
+    described = read(with_field("stiffness.section_at", "80 kPa"))
+    assert described.gripper.stiffness == stiffness_from_section(described.actuator, 80e3)
 
 
-@pytest.mark.parametrize(("motion", "fields"), table_after("A set of fibers for each motion"))
+@pytest.mark.parametrize(
+    ("motion", "fields"), re.findall(r"^\| ([a-z, ]+) \| `fibers: {(.*)}` \|$", PAGE, re.MULTILINE)
+)
 def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
-    wanted = codes(fields)[0].removeprefix("fibers: {").removesuffix("}")
-    actuation = read(with_fibers(wanted, changed("16 psi", "20 kPa"))).gripper.actuation
+    actuation = read(with_fibers(fields, changed("16 psi", "20 kPa"))).gripper.actuation
     rest, shape = actuation.unloaded_shape(0.0), actuation.unloaded_shape(20.0e3)
     turns = abs(shape.torsion - rest.torsion) > 0.1
     found = {(True, False): "bends", (True, True): "coils", (False, True): "twists"}
@@ -361,7 +327,7 @@ def test_each_set_of_fibers_moves_as_the_table_says(motion, fields):
 def test_the_pages_examples_do_what_it_says():
     helical = read(HELICAL).gripper
     assert helical.unloaded_shape(helical.pressure_max).curvature > 5.0
-    assert all(load_description(name).warnings == () for name in available_grippers())
+    assert not any(load_description(name).warnings for name in available_grippers())
     code = dict(FENCED.findall(PAGE))["python"]
     assert printed_by_python(code) == f"{available_grippers()}\n0.5\n"
     assert str(refused(changed("4.7625 mm", "4.7625"))) in PAGE
@@ -405,9 +371,6 @@ def test_a_pressure_limit_that_is_hardly_meant_is_named_and_the_doubt_told_with_
     assert "mine.yaml:3:17: tube.inner_radius 4.75 m is not between" in error
 
 
-def test_a_command_warns_and_goes_on(tmp_path, said):
-    path = tmp_path / "mine.yaml"
-    path.write_text(changed("0.95 g/cm^3", "0.95 kg/m^3"), encoding="utf-8")
-    printed = said("shape", str(path), "--pressure", "8 psi")
-    assert printed.startswith("smallest at 8 psi")
-    assert printed.count(f"warning: {path}:") == 1
+def test_a_command_warns_and_goes_on(said):
+    Path("mine.yaml").write_text(changed("0.95 g/cm^3", "0.95 kg/m^3"))
+    assert said("shape mine.yaml --pressure 8psi").count("warning: mine.yaml:") == 1

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command ``sweep grips``: every combination, and a file from which it goes on."""
 
+from pathlib import Path
+
 import pytest
 
 from spiral_core.grip import grip
 from spiral_core.grip.grip import GripOutcome
-from spiral_gripper import load_description
 
-DESCRIPTION = load_description("paper_design_70")
-ASKED = ["--radius", "15 mm", "--radius", "20 mm", "--jobs", "1"]
-SWEEP = ["sweep", "grips", "paper_design_70", *ASKED]
+SWEEP = "sweep grips paper_design_70 --radius 15mm --radius 20mm --jobs 1"
 
 
 @pytest.fixture
@@ -27,54 +26,50 @@ def solved(monkeypatch):
     return radii
 
 
-def test_a_study_goes_on_from_its_file(solved, answer, tmp_path):
-    kept = tmp_path / "study.jsonl"
-    asked = [*SWEEP, "--results", str(kept)]
-    first = answer(*asked)
-    assert [grip["radius"] for grip in first] == [0.015, 0.020]
-    assert first[0]["away"] == 0.9
-    lines = kept.read_text(encoding="utf-8").splitlines()
-    kept.write_text(lines[0] + "\n" + lines[1][:40], encoding="utf-8")  # interrupted while writing
-    assert answer(*asked) == first
-    assert kept.read_text(encoding="utf-8").splitlines() == lines
-    answer(*asked, "--friction", "0.5")
+def test_a_study_goes_on_from_its_file(solved, answer):
+    kept = Path("study.jsonl")
+    asked = f"{SWEEP} --results {kept}"
+    first = answer(asked)
+    assert [(grip["radius"], grip["away"]) for grip in first] == [(0.015, 0.9), (0.02, None)]
+    lines = kept.read_text("utf-8").splitlines()
+    kept.write_text(lines[0] + "\n" + lines[1][:40], "utf-8")  # interrupted while writing
+    assert answer(asked) == first
+    assert kept.read_text("utf-8").splitlines() == lines
+    answer(asked, "--friction 0.5")
     assert solved == [0.015, 0.020, 0.020, 0.015, 0.020]
 
 
 def test_another_gripper_of_the_same_name_is_solved_anew_with_its_own_friction(
-    solved, answer, tmp_path
+    solved, answer, mine
 ):
-    text, file = DESCRIPTION.source.read_text(encoding="utf-8"), tmp_path / "mine.yaml"
-    asked = ["sweep", "grips", str(file), "--results", str(tmp_path / "study.jsonl"), *ASKED[2:]]
-    changes = [
+    text = mine.read_text("utf-8")
+    asked = "sweep grips mine.yaml --radius 20mm --jobs 1 --results study.jsonl"
+    for old, new in 2 * (
         ("beta: 70 deg", "beta: 65 deg"),
         ("density: 0.95 g/cm^3", "density: 1.2 g/cm^3"),
         ("  turns_required:", "  friction_coefficient: 0.6\n  turns_required:"),
-    ]
-    for old, new in (*changes, changes[0], changes[-1]):
-        assert old in text
-        file.write_text(text.replace(old, new), encoding="utf-8")
-        (found,) = answer(*asked)
+    ):
+        mine.write_text(text.replace(old, new), "utf-8")
+        (found,) = answer(asked)
     assert solved == [0.02] * 3
     assert found["friction"] == 0.6
 
 
 def test_people_get_a_table_and_a_force_that_is_not_known_is_no_refusal(said, monkeypatch):
     held = GripOutcome("", 66e3, 65e3, None, None, 70e3, 0.2, 0.7, 0.9, None, True)
-    solve = lambda case: held if case.radius < 0.019 else GripOutcome("too thick")  # noqa: E731
-    monkeypatch.setattr(grip, "solve_case", solve)
-    printed = said(*SWEEP, "--gravity-direction", "0", "0", "2")
-    for part in ("2 grips", "9.81", "pressure [kPa, N]; > at least", "mm: too thick"):
+    answers = iter((held, GripOutcome("too thick")))
+    monkeypatch.setattr(grip, "solve_case", lambda _: next(answers))
+    printed = said(SWEEP, "--gravity-direction 0 0 2")
+    for part in ("2 grips", "9.81", "pressure [kPa, N]; > at least", "mm: too thick", "> 0.9"):
         assert part in printed
-    first, _, second = printed.partition("20 mm")
-    assert "> 0.9" in first
-    assert ("? │" in first, "? │" in second) == (True, False)
+    assert "? │" in printed.partition("20 mm")[0]
+    assert "? │" not in printed.partition("20 mm")[2]
 
 
 @pytest.mark.parametrize("text", ['{"precious": 1}', "a: 1\nb: 2", '{"case": 1}\n{"case": [2'])
-def test_a_file_that_is_no_study_is_kept(tmp_path, said, text):
-    precious = tmp_path / "precious.jsonl"
-    precious.write_text(text, encoding="utf-8")
-    refused = said(*SWEEP, "--results", str(precious), code=2)
+def test_a_file_that_is_no_study_is_kept(said, text):
+    precious = Path("precious.jsonl")
+    precious.write_text(text, "utf-8")
+    refused = said(SWEEP, "--results precious.jsonl", code=2)
     assert "line 1 must be an outcome of a study" in refused
-    assert precious.read_text(encoding="utf-8") == text
+    assert precious.read_text("utf-8") == text

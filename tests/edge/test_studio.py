@@ -6,6 +6,7 @@ import math
 import threading
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -20,7 +21,7 @@ from spiral_core import (
     solve_rod,
 )
 from spiral_gripper import load_description
-from spiral_gripper.files.shown import display_units
+from spiral_gripper.files.description import parse_description
 from spiral_gripper.reports.meshes import SIDES, tube_mesh
 from spiral_gripper.studio.charts import (
     chart_data,
@@ -29,17 +30,15 @@ from spiral_gripper.studio.charts import (
     force_scales,
     update_chart,
 )
-from spiral_gripper.studio.closing import Closings, StoppedError
+from spiral_gripper.studio.closing import Closings
 from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
 from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
 from spiral_gripper.studio.session import Session, answer_for, object_shape
 from spiral_gripper.studio.settings import gripper_for, settings_of
-from spiral_gripper.studio.words import answer_text, closing_line, grip_lines
+from spiral_gripper.studio.words import answer_text
 
 RADIUS = 0.0055
-# A polygon's area as a fraction of its circle's.
-ROUNDNESS = SIDES / (2.0 * math.pi) * math.sin(2.0 * math.pi / SIDES)
 DESCRIPTION = load_description("paper_design_70")
 GRIPPER = DESCRIPTION.gripper
 SETTINGS = settings_of(DESCRIPTION, object_radius=0.02)
@@ -78,52 +77,36 @@ def told(answer, pressure=SETTINGS.pressure, waited=None):
 
 
 def test_the_same_ends_of_an_axis_are_not_sent_again():
-    sent = []
-
-    class Chart:
-        def __setattr__(self, name, value):
-            sent.append(name)
-            super().__setattr__(name, value)
-
-    chart, data = Chart(), (np.zeros(1),)
-    vars(chart)["scales"] = chart_scales(None, 1.0e5)
-    for pressure_max in (1.0e5, 1.2e5, 1.2e5):
-        update_chart(chart, data, chart_scales(None, pressure_max))
-    assert sent == ["data", "scales", "data", "data"]
+    ends = chart_scales(None, 1.2e5)
+    chart = SimpleNamespace(scales=chart_scales(None, 1.0e5))
+    for each in (ends, chart_scales(None, 1.2e5)):
+        update_chart(chart, (), each)
+        assert chart.scales is ends
 
 
-def test_a_tube_and_a_turned_object_are_closed_and_hold_their_volume():
+def test_a_tube_is_closed_and_holds_its_volume():
     state = free_coil(6e4)
     mesh = tube_mesh(state.positions, RADIUS)
-    cone = tube_mesh(np.array([[0.1, 0.2, 0.3], [0.1, 0.2, 0.5]]), np.array([0.01, 0.03]))
-    length = np.linalg.norm(np.diff(state.positions, axis=0), axis=1).sum()
+    surface = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    assert surface.is_watertight
     # Pappus: area times length of the centerline.
-    for one, exact, tolerance in (
-        (mesh, math.pi * RADIUS**2 * length, 0.01),
-        (cone, math.pi * 0.2 / 3.0 * (0.01**2 + 0.01 * 0.03 + 0.03**2), 1e-9),
-    ):
-        surface = trimesh.Trimesh(one.vertices, one.faces, process=False)
-        assert surface.is_watertight
-        assert surface.volume == pytest.approx(exact * ROUNDNESS, rel=tolerance)
+    length = np.linalg.norm(np.diff(state.positions, axis=0), axis=1).sum()
+    area = 0.5 * SIDES * math.sin(2.0 * math.pi / SIDES) * RADIUS**2
+    assert surface.volume == pytest.approx(area * length, rel=0.01)
     distances = np.linalg.norm(mesh.vertices - state.positions[mesh.rows], axis=1)
     assert set(np.round(distances / RADIUS, 9)) == {0.0, 1.0}
-    for kind in ("stl", "glb"):
-        data = io.BytesIO(shape_mesh(state.positions, RADIUS, kind))
-        bounds = trimesh.load(data, file_type=kind, force="mesh").bounds
-        assert bounds == pytest.approx(np.array([mesh.vertices.min(0), mesh.vertices.max(0)]))
+    data = io.BytesIO(shape_mesh(state.positions, RADIUS, "stl"))
+    bounds = trimesh.load(data, file_type="stl").bounds
+    assert bounds == pytest.approx(np.array([mesh.vertices.min(0), mesh.vertices.max(0)]))
     rows = np.genfromtxt(io.BytesIO(shape_csv(state)), delimiter=",", skip_header=1)
     assert rows[:, 1:4] == pytest.approx(state.positions, abs=1e-8)
 
 
-@pytest.mark.parametrize("gravity", [(-9.8, 0.0, 0.0), (0.0, 0.0, 3.0), (1.0, -2.0, 0.5)])
-def test_tilt_and_roll_are_the_mount_of_the_file(gravity):
+def test_settings_are_those_of_the_file_until_the_sliders_change_them():
+    gravity = (1.0, -2.0, 0.5)
     mounted = replace(DESCRIPTION, gripper=GRIPPER.with_mount(gravity, None))
     assert settings_of(mounted, 0.02).gravity_vector == pytest.approx(gravity, abs=1e-12)
-
-
-def test_the_gripper_is_the_described_one_until_the_sliders_change_it():
-    gripper = gripper_for(DESCRIPTION, SETTINGS)
-    assert gripper.actuation is GRIPPER.actuation
+    assert gripper_for(DESCRIPTION, SETTINGS).actuation is GRIPPER.actuation
     moved = replace(SETTINGS, angles=(SETTINGS.angles[0], math.radians(60.0)))
     gripper = gripper_for(DESCRIPTION, moved)
     assert gripper.unloaded_shape(4e4).curvature != GRIPPER.unloaded_shape(4e4).curvature
@@ -132,12 +115,9 @@ def test_the_gripper_is_the_described_one_until_the_sliders_change_it():
 
 def test_an_answer_is_that_of_the_core_or_its_reason(answer):
     assert answer.wrap.pressure == answer.curve.pressure_from_radius(0.02)
-    assert answer.regime(answer.wrap.pressure) is WrapRegime.PERFECT_WRAP
     assert answer.regime(0.5 * answer.wrap.pressure) is WrapRegime.OVERHANG
-    assert answer.placement.radius == pytest.approx(0.02)
-    assert np.all(np.diff(answer.pressures) < 0.0)
     thick = answered(object_radius=0.07)
-    assert (thick.wrap, thick.regime(5e4)) == (None, None)
+    assert thick.regime(5e4) is None
     assert "too thick" in thick.refusal
     assert answered(length=0.05).curve is None
     gapped = answered(length=0.3, tilt=0.5 * math.pi)
@@ -146,26 +126,32 @@ def test_an_answer_is_that_of_the_core_or_its_reason(answer):
     assert np.array_equal(known, (gapped.radii <= low) | (gapped.radii >= high))
 
 
-def test_a_session_answers_the_newest_settings():
+def test_a_session_answers_the_newest_settings_and_exports_what_is_shown():
     heard = threading.Semaphore(0)
     session = Session(DESCRIPTION, SETTINGS, lambda _: heard.release())
-    assert heard.acquire(timeout=60.0)
-    assert session.current
-    moved = replace(SETTINGS, object_radius=0.025)
+    moved = replace(SETTINGS, object_radius=0.025, length=0.3)
     session.update(moved)
     assert not session.current
     while not session.current:
         assert heard.acquire(timeout=60.0)
     assert session.answer.wrap.object_radius == pytest.approx(0.025)
-    session.update(replace(moved, pressure=5e4))
-    assert session.current
-    assert session.shape().stable
-    with pytest.raises(InvalidInputError):
-        session.update(replace(SETTINGS, length=-1.0))
-    assert session.settings.object_radius == 0.025
     session.update(replace(moved, pressure=1e9))
     assert session.settings.pressure == session.gripper.pressure_max
+    session.update(replace(moved, pressure=5e4))
+    with pytest.raises(InvalidInputError):
+        session.update(replace(SETTINGS, length=-1.0))
+    assert session.current
+    written = {name: write(session) for name, (_, write) in EXPORTS.items()}
     session.close()
+    saved = written["gripper file"].decode()
+    assert "# Our choice" in saved
+    read = parse_description(saved, Path("saved.yaml")).gripper
+    assert read.tube == session.gripper.tube
+    curvature = read.unloaded_shape(5e4).curvature
+    assert session.gripper.unloaded_shape(5e4).curvature == pytest.approx(curvature, rel=1e-9)
+    robot = ElementTree.fromstring(written["urdf"])
+    spheres = robot.findall("link/collision/geometry/sphere")
+    assert len(spheres) == written["spheres"].decode().count("  - [")
 
 
 def test_the_chart_holds_the_point_where_the_gripper_is(answer):
@@ -177,7 +163,6 @@ def test_the_chart_holds_the_point_where_the_gripper_is(answer):
     outside, wraps, now = chart_data(answer, 0.07, 5.0e4)
     assert (outside[-1], now[-1]) == (pytest.approx(70.0), 50.0)
     assert np.isnan(wraps[-1])
-    assert chart_data(None, 0.02, 0.0)[0][0] == 20.0
     assert chart_scales(answer, 1.1e5)["y"]["range"] == (0.0, pytest.approx(110.0))
 
 
@@ -187,41 +172,16 @@ def test_words_say_what_is_known(answer):
     unheld = told(replace(answer, no_grip="it slips"))
     assert unheld.startswith("**not wrapped** (in contact)")
     assert "**not held:** it slips" in unheld
-    point = SimpleNamespace(pressure=6e4, contact_length=0.12345, normal_force=1.2345)
-    window = SimpleNamespace(onset_wrap=None, top=9e4, points=[point])
-    said = grip_lines(replace(answer, window=window), SETTINGS)[0]
-    assert said == "123 mm in contact, presses with 1.23 N (solved at 60 kPa)"
     refused = replace(answer, wrap=None, placement=None, refusal="too thick for it")
     assert "20 mm cannot be wrapped:** too thick for it" in told(refused)
     limit = GRIPPER.pressure_max  # 16 psi
-    assert "margins: 25 % below the pressure limit (110.3 kPa)" in told(answer, 0.75 * limit)
     strains = [100.0 * (GRIPPER.unloaded_shape(f * limit).stretch - 1.0) for f in (0.75, 1.0)]
-    with display_units("psi", "in"):
-        text = told(answer, 0.75 * limit)
+    text = told(answer, 0.75 * limit)
     assert "strain {:.1f} %, at the pressure limit {:.1f} %".format(*strains) in text
-    assert "tip criterion of 0.7874 in: **8.274 psi**" in text
-    assert not any(unit in text for unit in (" mm", " kPa"))
-
-
-def test_every_export_is_of_what_is_shown(tmp_path):
-    session = Session(DESCRIPTION, replace(SETTINGS, length=0.3, pressure=5e4), lambda _: None)
-    written = {name: write(session) for name, (_, write) in EXPORTS.items()}
-    session.close()
-    saved = tmp_path / "saved.yaml"
-    saved.write_bytes(written["gripper file"])
-    read = load_description(saved).gripper
-    assert read.tube.length == 0.3
-    assert "# Our choice" in saved.read_text(encoding="utf-8")
-    curvature = read.unloaded_shape(5e4).curvature
-    assert session.gripper.unloaded_shape(5e4).curvature == pytest.approx(curvature, rel=1e-9)
-    robot = ElementTree.fromstring(written["urdf"])
-    spheres = robot.findall("link/collision/geometry/sphere")
-    assert len(spheres) == written["spheres"].decode().count("  - [")
-    assert len(spheres) == len(robot.findall("link/visual"))
+    assert "margins: 25 % below the pressure limit (110.3 kPa)" in text
 
 
 def test_a_tapered_object_is_a_cone_with_the_radius_in_the_middle():
-    assert object_shape(SETTINGS, 0.1) is None
     for taper in (-0.1, 0.3):
         shape = object_shape(replace(SETTINGS, taper=taper), 0.1)
         on_surface = [[0.02 + math.tan(taper) * z, 0.0, z] for z in (-0.03, 0.0, 0.03)]
@@ -230,21 +190,15 @@ def test_a_tapered_object_is_a_cone_with_the_radius_in_the_middle():
         assert min(shape.radii) > 0.19 * 0.02
 
 
-# With the complete answer.
-
-
 @pytest.mark.slow
 def test_colors_follow_what_they_name(held):
-    state = free_coil(6e4)
-    color = partial(node_values, GRIPPER, 6e4, state)
-    assert color("plain") is None
-    assert not color("contact force").any()
-    curvatures = np.linalg.norm(state.strains[:, 1:], axis=1)
-    assert color("curvature") == pytest.approx(curvatures, rel=1e-6)
+    color = partial(node_values, GRIPPER, 6e4, free_coil(6e4))
     # The tip carries no moment.
     assert color("bending moment")[-1] == pytest.approx(0.0, abs=1e-12)
-    strain = 2.0 * GRIPPER.tube.outer_radius * GRIPPER.unloaded_shape(6e4).curvature
-    assert color("strain")[-1] == pytest.approx(strain, rel=1e-6)
+    curvature = GRIPPER.unloaded_shape(6e4).curvature
+    strain = 2.0 * GRIPPER.tube.outer_radius * curvature
+    found = [color(name)[-1] for name in ("curvature", "strain")]
+    assert found == pytest.approx([curvature, strain], rel=1e-3)
     point = held.contact_at(6.5e4)
     pressed = node_values(GRIPPER, point.pressure, point.state, "contact force")
     assert pressed.sum() == pytest.approx(point.normal_force)
@@ -252,27 +206,22 @@ def test_colors_follow_what_they_name(held):
 
 @pytest.mark.slow
 def test_a_complete_answer_holds_contact_forces_and_the_margin_to_the_loss(held):
-    pressure, top, loss = held.grip.recommended_pressure(), held.window.top, held.window.loss
-    assert held.contact_at(pressure).pressure == pytest.approx(pressure, rel=0.05)
+    pressure, loss = held.grip.recommended_pressure(), held.window.loss
     text = told(held, pressure)
-    assert "(in contact)" in text
-    assert "N** away from the base" in text
+    for part in ("(in contact)", " mm in contact, presses with ", "N** away from the base"):
+        assert part in text
     assert "computing" not in text
-    assert "lost" in told(held, 1.2 * top)
-    assert told(replace(held, window=None, grip=None)).count("computing") == 1
+    assert "lost" in told(held, 1.2 * held.window.top)
+    assert told(replace(held, grip=None)).count("computing") == 1
     known = f"the loss ({1e-3 * loss:.4g} kPa)"
     assert f"20 % below {known}" in told(held, 0.799 * loss)
     assert f"**9.6 % above** {known}" in told(held, 1.0951 * loss)
-    pressures, away, towards, now = force_data(held, 7.0e4)
+    pressures, away, _, now = force_data(held, 7.0e4)
     (place,) = np.flatnonzero(np.isfinite(now))
     assert (pressures[place], now[place]) == (pytest.approx(70.0), away[place])
     assert away[place - 1] < away[place] < away[place + 1]
-    assert np.isfinite(towards).all()
-    low, high = force_scales(held, 1.1e5)["y"]["range"]
-    assert low == 0.0 < max(away) < high
+    assert max(away) < force_scales(held, 1.1e5)["y"]["range"][1]
     frames = pull_frames(held.grip, 6.0e4)
-    moved = [np.linalg.norm(frame.displacement) for frame in frames]
-    assert moved == sorted(moved)
     near = np.argmin(np.abs(held.grip.pressures - 6.0e4))
     strongest = max(frame.force for frame in frames)
     assert strongest == pytest.approx(held.grip.force(Pull.AWAY)[near], rel=0.1)
@@ -284,20 +233,12 @@ def test_a_closing_is_computed_once_for_its_settings(held):
     closings, shares = Closings(), []
     assert closings.of(session, shares.append) is None  # contact is not known yet
     session.answer = held
-    closing = closings.of(session, shares.append)
-    assert closing.course.pressures[-1] == pytest.approx(1.15 * held.wrap.pressure)
-    assert closing.course.times[1] == pytest.approx(1.15 * held.wrap.pressure / 2e5)
+    closing, end = closings.of(session, shares.append), 1.15 * held.wrap.pressure
+    assert closing.course.pressures[-1] == pytest.approx(end)
+    assert closing.course.times[1] == pytest.approx(end / 2e5)
     assert (shares, shares[-1]) == (sorted(shares), 1.0)
     session.update(replace(session.settings, pressure=5e4))
     assert closings.of(session, shares.append) is closings.known(session) is closing
-    assert closing_line(closing, 2e5).startswith("closed at 200 kPa/s: ")
     session.update(replace(session.settings, rate=1e5))
     assert closings.known(session) is None
-    session.answer = held
-
-    def stop(_):
-        raise StoppedError
-
-    with pytest.raises(StoppedError):
-        closings.of(session, stop)
     session.close()

@@ -4,6 +4,7 @@
 import os
 import re
 import time
+from pathlib import Path
 
 import pytest
 from browser import PATIENCE, appears, opened, studio, wait_until
@@ -32,7 +33,7 @@ def page(address):
 def tip(page):
     """Return the tip's position that the page states [mm]."""
     text = page.get_by_text(re.compile("tip of the free coil at")).inner_text()
-    return tuple(float(number) for number in re.findall(r"-?\d+\.\d+", text))
+    return re.findall(r"-?\d+\.\d+", text)
 
 
 def pressure(page):
@@ -42,12 +43,13 @@ def pressure(page):
 
 def test_a_slider_moves_the_pressure_and_the_mesh(page):
     slider = page.get_by_role("slider").first  # the pressure's
-    before, picture, stated = tip(page), page.locator("canvas").first.screenshot(), pressure(page)
+    shown = page.locator("canvas").first.screenshot
+    before, picture, stated = tip(page), shown(), pressure(page)
     slider.focus()
     # A busy browser may lose a key.
     wait_until(lambda: slider.press("ArrowRight") or pressure(page) >= stated + 5.0)
     wait_until(lambda: tip(page) != before)
-    wait_until(lambda: page.locator("canvas").first.screenshot() != picture)
+    wait_until(lambda: shown() != picture)
 
 
 def test_the_approach_plays_from_nothing_to_the_wrap(page):
@@ -58,7 +60,7 @@ def test_the_approach_plays_from_nothing_to_the_wrap(page):
         page.get_by_text("Play the approach").click()
         end = time.monotonic() + 3.0 * APPROACH_SECONDS
         while time.monotonic() < end and not (done := len(seen) > 2 and wrapped.is_visible()):
-            seen.add(tip(page))
+            seen.add(str(tip(page)))
             time.sleep(0.02)
         return done
 
@@ -82,23 +84,23 @@ def test_the_page_is_in_the_units_that_were_chosen():
         assert re.findall(r"\d (?:kPa|mm)\b|\[(?:kPa|mm)\]", text) == []
 
 
-def downloaded(page, kind, folder):
+def downloaded(page, kind):
     """Return the file that a button exports."""
     with page.expect_download() as download:
         page.get_by_text(kind, exact=True).click()
-    suffix = EXPORTS[kind][0] if kind in EXPORTS else kind
-    assert download.value.suggested_filename == f"paper_design_70.{suffix}"
-    path = folder / f"export.{suffix}"
+    path = Path(download.value.suggested_filename)
+    suffix, _ = EXPORTS.get(kind, (kind, None))
+    assert path.name == f"paper_design_70.{suffix}"
     download.value.save_as(path)
     return path
 
 
-def test_every_export_arrives(page, tmp_path):
-    for kind in (*EXPORTS, "html", "png"):
-        assert downloaded(page, kind, tmp_path).stat().st_size > 1000
-    with Image.open(tmp_path / "export.png") as image:
+def test_every_export_arrives(page):
+    *files, html, png = (downloaded(page, kind) for kind in (*EXPORTS, "html", "png"))
+    assert all(path.stat().st_size > 1000 for path in files)
+    with Image.open(png) as image:
         assert len(set(image.convert("L").resize((40, 40)).tobytes())) > 5
-    page.goto((tmp_path / "export.html").as_uri())
+    page.goto(html.absolute().as_uri())
     page.locator("canvas").first.wait_for()
 
 
@@ -106,17 +108,15 @@ def test_contact_and_holding_force_come_and_the_pull_plays(page):
     before = tip(page)
     page.get_by_text("Set the wrap pressure").click()
     wait_until(lambda: tip(page) != before)
-    wait_until(lambda: page.get_by_text("perfect wrap", exact=True).is_visible())
-    appears(page, r"computing \.\.\., \d+ s|away from the base at")
+    appears(page, "^perfect wrap$")
     appears(page, "away from the base at")
-    appears(page, "in contact")
     page.screenshot(path=os.environ.get("STUDIO_SCREENSHOT"))
     page.get_by_text("Play the pull").click()
     appears(page, r"pulled by [\d.]+ mm: [\d.]+ N")
-    page.get_by_text("(in contact)").wait_for()
+    appears(page, r"\(in contact\)")
 
 
-def test_a_file_is_edited_and_what_is_wrong_with_it_said(page, tmp_path):
+def test_a_file_is_edited_and_what_is_wrong_with_it_said(page):
     page.get_by_text("Gripper file", exact=True).click()
     box = page.locator("textarea").first
     text = box.input_value()
@@ -126,13 +126,12 @@ def test_a_file_is_edited_and_what_is_wrong_with_it_said(page, tmp_path):
         box.fill(text.replace(old, new))
         page.get_by_text("Use this text").click()
 
-    use("beta: 70 deg", "beta: 170 deg")
-    appears(page, "fibers.beta must be")
     before = tip(page)
     use("length: 361 mm", "length: 300 mm")
     wait_until(lambda: tip(page) != before)
-    wait_until(lambda: not page.get_by_text("fibers.beta must be").is_visible())
-    # A refused text is not that of what is shown.
     use("beta: 70 deg", "beta: 170 deg")
     appears(page, "fibers.beta must be")
-    assert load_gripper(downloaded(page, "gripper file", tmp_path)).tube.length == 0.3
+    # A refused text is not that of what is shown.
+    assert load_gripper(downloaded(page, "gripper file")).tube.length == 0.3
+    use("length: 361 mm", "length: 310 mm")
+    wait_until(lambda: not page.get_by_text("fibers.beta must be").is_visible())

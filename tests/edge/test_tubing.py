@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tubing files: the shipped sizes, every way a file can be wrong, and what is hardly meant."""
 
-import re
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import pytest
-from repo.source_tree import ROOT
+from repo.source_tree import FENCED, ROOT
 
 from spiral_core import DesignRequirement, MooneyRivlin, PressureLaw
 from spiral_core.design.requirement import SECTION_OVER_UNIFORM
@@ -30,20 +29,19 @@ def test_the_shipped_list_and_a_file_of_ones_own():
     tubing = load_tubing("natural_latex")
     assert tubing.elastomer.law == MooneyRivlin(130.0e3, 15.0e3)
     assert (tubing.name, tubing.elastomer.density) == ("natural latex", 950.0)
-    assert len({size.name for size in tubing.sizes}) == 14
-    paper = next(size for size in tubing.sizes if size.name == "3/8 in x 1/32 in")
-    assert (paper.inner_radius, paper.wall_thickness) == pytest.approx((4.7625e-3, 0.79375e-3))
+    sizes = {size.name: (size.inner_radius, size.wall_thickness) for size in tubing.sizes}
+    assert len(sizes) == len(tubing.sizes) == 14
+    assert sizes["3/8 in x 1/32 in"] == pytest.approx((4.7625e-3, 0.79375e-3))
     own = changed("mine -> mine")
     assert (own.warnings, own.elastomer.pressure_law) == ((), PressureLaw.SECTION)
 
 
 def test_the_tubing_that_the_page_offers_for_helical_fibers_is_designed_with():
-    page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    page = (ROOT / "docs" / "design.md").read_text("utf-8")
+    (example,) = [text for language, text in FENCED.findall(page) if language == "yaml"]
     tubing = parse_tubing(example, Path("section.yaml"))
-    shipped = load_tubing("natural_latex").elastomer.law
-    scaled = MooneyRivlin(SECTION_OVER_UNIFORM * shipped.c1, SECTION_OVER_UNIFORM * shipped.c2)
-    assert tubing.elastomer.law == scaled
+    scaled = [SECTION_OVER_UNIFORM * c for c in astuple(load_tubing("natural_latex").elastomer.law)]
+    assert tubing.elastomer.law == MooneyRivlin(*scaled)
     requirement = DesignRequirement(0.011, 0.03, tubing.sizes, (tubing.elastomer,))
     assert replace(requirement, fiber_angles_gamma=(0.03,)).candidates()
 
@@ -74,7 +72,6 @@ def test_a_bad_file_is_refused_in_its_place(change):
     with pytest.raises(DescriptionError) as raised:
         changed(change)
     assert BAD[change] in str(raised.value)
-    assert "gripper description" not in str(raised.value)
 
 
 @pytest.mark.parametrize("change", HARDLY_MEANT)
@@ -83,10 +80,9 @@ def test_tubing_that_is_hardly_meant_is_named(change):
     assert found.startswith(HARDLY_MEANT[change])
 
 
-def test_the_design_names_what_is_hardly_meant_of_the_tubing_it_takes(tmp_path, said):
-    path = tmp_path / "mine.yaml"
-    path.write_text(GOOD.replace("950 kg", "0.95 kg"), encoding="utf-8")
-    radii = ["--radius-min", "8 mm", "--radius-max", "15 mm", "--beta", "70 deg"]
-    printed = said("design", *radii, "--tubing", str(path), "--tube", "6 mm x 1 mm", "--paper")
-    assert f"warning: {path}:2:52: material.density" in printed
+def test_the_design_names_what_is_hardly_meant_of_the_tubing_it_takes(said):
+    Path("mine.yaml").write_text(GOOD.replace("950 kg", "0.95 kg"))
+    needs = "--radius-min 8mm --radius-max 15mm --beta 70deg --paper --tube '6 mm x 1 mm'"
+    printed = said("design --tubing mine.yaml", needs)
+    assert "warning: mine.yaml:2:52: material.density" in printed
     assert "warning: wall_thickness of 6 mm x 1 mm is 0.33 of the bore radius" in printed

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Read the repository as data: its imports, its packages, its build files. For the tests here."""
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import io
@@ -10,7 +8,6 @@ import re
 import sys
 from functools import cache
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree
 
 if sys.version_info >= (3, 11):
@@ -25,7 +22,7 @@ PACKAGES = (*PYTHON_PACKAGES, "spiral_gripper_msgs")
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
-def printed_by_python(text: str) -> str:
+def printed_by_python(text):
     """Run a page's block of Python and return what it prints."""
     output = io.StringIO()
     with contextlib.redirect_stdout(output):
@@ -33,7 +30,7 @@ def printed_by_python(text: str) -> str:
     return output.getvalue()
 
 
-def modules(package: str) -> dict[str, Path]:
+def modules(package):
     """Return the modules of one of our Python packages: dotted name below the package -> file."""
     folder = ROOT / package / package
     return {
@@ -43,25 +40,22 @@ def modules(package: str) -> dict[str, Path]:
 
 
 @cache
-def imports(path: Path) -> frozenset[str]:
+def imports(path):
     """Return the dotted names a file imports; ``from a import b`` gives ``a.b``.
 
     Imports inside functions, and those for type checkers alone, are dependencies too.
     """
-    names: set[str] = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative import"
-            names.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return frozenset(names)
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            above = f"{node.module}." if isinstance(node, ast.ImportFrom) else ""
+            names |= {above + alias.name for alias in node.names}
+    return names
 
 
-def internal_imports(package: str, path: Path) -> set[str]:
+def internal_imports(package, path):
     """Return the modules of the same package a file imports; ``__init__`` for its namespace."""
-    known = modules(package)
-    found = set()
+    known, found = modules(package), set()
     for name in imports(path):
         top, *rest = name.split(".")
         if top == package:
@@ -70,23 +64,22 @@ def internal_imports(package: str, path: Path) -> set[str]:
     return found
 
 
-def external_imports(package: str) -> set[str]:
+def external_imports(package):
     """Return the top-level names a package imports that are neither its own nor Python's."""
-    paths = [*modules(package).values(), *(ROOT / package).glob("launch/*.py")]
-    return foreign(package, *paths)
+    return foreign(package, *modules(package).values(), *(ROOT / package).glob("launch/*.py"))
 
 
-def foreign(package: str, *paths: Path) -> set[str]:
+def foreign(package, *paths):
     """Return the top-level names files of a package import, neither its own nor Python's."""
     tops = {name.partition(".")[0] for path in paths for name in imports(path)}
     return tops - sys.stdlib_module_names - {package}
 
 
-def pyproject() -> dict[str, Any]:
+def pyproject():
     """Return the parsed ``pyproject.toml``."""
-    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    return tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 
 
-def package_xml(package: str) -> ElementTree.Element:
+def package_xml(package):
     """Return the root element of a package's ``package.xml``."""
     return ElementTree.parse(ROOT / package / "package.xml").getroot()

@@ -3,6 +3,7 @@
 
 import json
 import math
+import re
 
 import pytest
 
@@ -11,24 +12,14 @@ from benchmarks import dynamics, goals, peers, report
 from benchmarks.results import SMOKE, Section, Table
 
 
-def strict(text):
-    """Return what strict JSON holds, which knows neither NaN nor infinity."""
-
-    def refuse(constant):
-        raise ValueError(f"{constant} is not JSON")
-
-    return json.loads(text, parse_constant=refuse)
-
-
 @pytest.mark.slow
 def test_every_section_runs_and_the_goals_find_their_figures():
     """With tiny counts; ratios of times to peers that these do not run may be missing."""
     slow = {"bvp": lambda effort: peers.collocation_section(effort, nodes=(32,))}
     measures = {**command.SUITE.sections, **slow}
     sections = {name: measure(SMOKE) for name, measure in measures.items()}
-    for table in (table for section in sections.values() for table in section.tables):
-        assert table.rows or table.note
-        assert {len(row) for row in table.rows} <= {len(table.columns)}
+    for section in sections.values():
+        assert all(table.rows or table.note for table in section.tables)
     measured = {name: section.values for name, section in sections.items()}
     assert bool(measured["elastica"]) == dynamics.available()
     missing = {goal.section for goal in goals.GOALS if goal.key not in measured[goal.section]}
@@ -40,14 +31,13 @@ def test_every_section_runs_and_the_goals_find_their_figures():
 
 def test_the_results_are_strict_json_of_no_named_machine_and_on_the_page():
     for path in report.RESULTS.glob("*.json"):
-        text = path.read_text(encoding="utf-8")
-        assert strict(text)
-        assert not any(word in text for word in ("/home", "/root", "/tmp", "/work", "hostname"))
-    summary = strict(report.PAGE.summary.read_text(encoding="utf-8"))
+        text = path.read_text("utf-8")
+        assert not re.search(r"/home|/root|/tmp|/work|hostname|NaN|Infinity", text)
+        assert json.loads(text)
+    summary = json.loads(report.PAGE.summary.read_text("utf-8"))
     assert list(summary["sections"]) == list(command.SUITE.sections)
-    assert report.PAGE.markdown(summary) in report.PAGE.path.read_text(encoding="utf-8")
-    table = Table("goals", ("what",), (("is",),))
-    sections = {"part": Section((table,), {"nan": math.nan, "inf": -math.inf, "good": 1.5})}
-    written = strict(report.as_json({}, table, sections))["sections"]["part"]["values"]
-    assert written == {"nan": None, "inf": None, "good": 1.5}
+    assert report.PAGE.markdown(summary) in report.PAGE.path.read_text("utf-8")
+    sections = {"part": Section((), {"nan": math.nan, "inf": -math.inf, "good": 1.5})}
+    written = json.loads(report.as_json({}, Table("goals", (), ()), sections))
+    assert written["sections"]["part"]["values"] == {"nan": None, "inf": None, "good": 1.5}
     assert not any(goal.met(math.nan) for goal in goals.GOALS)

@@ -2,7 +2,6 @@
 """cosseratbench's scenarios are answered by the adapter, and judged by its own metrics."""
 
 import math
-from functools import partial
 
 import numpy as np
 import pytest
@@ -28,7 +27,6 @@ SOFT = Material(youngs_modulus=1e6, shear_modulus=3e5, density=1000.0)
 SCENARIOS = [
     # What is left is the reference's: it is linear; the catenary neglects bending.
     ("cantilever", {}, {"tip_deflection_error": (3.9e-4, 4.3e-4)}),
-    ("catenary", {"youngs_modulus": 1e5}, {"shape_error": (7.2e-5, 7.4e-5)}),
     (
         "catenary", {"span": 0.95},
         {"shape_error": (4.0e-4, 4.05e-4), "settling_residual": (0.0, 0.0)},
@@ -37,8 +35,6 @@ SCENARIOS = [
     ("pendulum", {}, {"period_error": (0.0, 1.3e-4), "amplitude_change": (-5e-6, 5e-6)}),
     # Nothing slips: the rope rises by what its bending stiffness, absent from the start, takes.
     ("capstan", {"friction": 0.1, "overhang": 0.95}, {"slide": (0.0, 2e-5)}),
-    # Its elements are long for its tension: 3.1e-5 m, with four times as many 1.3e-5.
-    ("capstan", {"friction": 0.6, "overhang": 0.95}, {"slide": (0.0, 4e-5)}),
     ("capstan", {"friction": 0.1, "overhang": 1.1}, {"slide": (0.05, math.inf)}),
 ]  # fmt: skip
 
@@ -51,29 +47,28 @@ def test_the_metrics_of_a_scenario_are_as_good_as_its_reference(name, values, me
         assert low <= result.metrics[metric] <= high, metric
 
 
-@pytest.mark.parametrize("name", ["crossing", "pile", "twist"])
+@pytest.mark.parametrize("name", ["crossing", "twist"])
 def test_what_is_not_statics_of_one_rod_is_declared_unsupported(name):
     result = run(load_experiment(name), SpiralSolver())
     assert result.outcome == "unsupported"
     assert result.missing
 
 
-@pytest.mark.parametrize("length", [0.2, 0.02])
-def test_a_beam_lies_on_a_plane_or_a_bar_that_is_long_enough(length):
+def test_a_beam_lies_on_a_plane_and_a_bar_unless_it_touches_the_bars_end():
     ends = ((0.0, 0.0, 0.0), (0.4, 0.0, 0.0))
     beam = Rod(ends, radius=0.01, material=SOFT, start=EndCondition.CLAMPED)
-    floor = Plane((0.0, 0.0, -0.05), (0.0, 0.0, 2.0), friction=0.2)
-    bar = Cylinder((0.2, 0.05, -0.03), (0.0, 1.0, 0.0), radius=0.015, length=length)
-    scenario = Scenario((beam,), 1.0, (0.0, 0.0, -9.81), (floor, bar), quasi_static=True)
-    solve = partial(SpiralSolver().run, scenario, n_elements=40, n_frames=2)
-    if length < 0.1:
-        with pytest.raises(NotImplementedError, match="end of a cylinder"):
-            solve()
-        return
-    found = solve()
-    (first, last), (start, directors) = found.positions[0], found.directors[0]
-    assert np.array_equal(first, beam.nodes(40))
-    assert np.array_equal(start, beam.directors(40))
+
+    def lying(length):
+        floor = Plane((0.0, 0.0, -0.05), (0.0, 0.0, 2.0), friction=0.2)
+        bar = Cylinder((0.2, 0.05, -0.03), (0.0, 1.0, 0.0), radius=0.015, length=length)
+        scenario = Scenario((beam,), 1.0, (0.0, 0.0, -9.81), (floor, bar), quasi_static=True)
+        return SpiralSolver().run(scenario, n_elements=40, n_frames=2)
+
+    found = lying(0.2)
+    _, last = found.positions[0]
     assert last[20, 2] > -0.02
     assert last[:, 2].min() == pytest.approx(-0.04, abs=1e-6)
-    assert np.einsum("ij,ij->i", np.diff(last, axis=0), directors) == pytest.approx(0.0, abs=1e-12)
+    across = (np.diff(last, axis=0) * found.directors[0][1]).sum(axis=1)
+    assert across == pytest.approx(0.0, abs=1e-12)
+    with pytest.raises(NotImplementedError, match="end of a cylinder"):
+        lying(0.02)

@@ -85,7 +85,7 @@ def close(
     question = CloseQuestion(mount, damping=Damping(retardation_time), **options)
     if question.pressure is not None:
         require_pressure(description, question.pressure, typed("pressure"))
-    with progress_bar("closing") as moved:
+    with progress_bar("closing", quiet=as_json) as moved:
         solved = solve_close(question, moved)
     title = f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}"
     print_result(CLOSE, solved, as_json, title)
@@ -96,7 +96,7 @@ def close(
     if animate is not None:
         from spiral_gripper.reports.closing.plots import write_animation
 
-        with progress_bar("drawing") as drawn:
+        with progress_bar("drawing", quiet=as_json) as drawn:
             write_animation(solved.closing, animate, drawn)
         say_written(animate)
     return 0 if solved.complete else 1
