@@ -134,7 +134,7 @@ def test_turns_and_pressure_are_those_of_the_touching_part():
 
 
 def test_weight_is_why_a_wrap_begins_below_the_tip_criterion():
-    for weight, least, most in [(1.0, -0.065, -0.05), (0.0, 0.0, 0.002)]:
+    for weight, least, most in [(1.0, -0.065, -0.05), (0.0, -0.002, 0.002)]:
         own = load_gripper("prototype_p1").with_mount((weight * G, 0.0, 0.0), None)
         laid = lay_into_coil(own, 0.014, closing=Closing.FRICTIONLESS)
         onset = looked_at(laid, (0.8, 0.9, 1.02)).onset_wrap
@@ -250,6 +250,15 @@ def test_curling_does_not_hang_on_the_number_of_elements():
     setup = lay_into_coil(gripper(), 0.03)
     onsets = [grip_window(replace(setup, elements=n)).onset_curling for n in (120, 180, 200)]
     assert max(onsets) < min(onsets) * 1.0003
+
+
+def test_a_light_touch_at_the_thick_end_does_not_hang_on_the_number_of_elements():
+    """A quarter of the tube touches, with a tenth of its nodes, now more and now less."""
+    setups = [lay_into_coil(gripper(), 0.0373, elements=count) for count in (60, 90)]
+    low, high = map(grip_window, setups)
+    assert_allclose(low.onset_wrap, high.onset_wrap, 5e-3)
+    assert low.lift_off is high.lift_off is None
+    assert high.onset_wrap < 0.95 * setups[0].tip_pressure
 
 
 @pytest.mark.slow

@@ -96,7 +96,7 @@ def test_a_file_that_is_not_there_or_cannot_be_read_is_told(mine):
 
 
 def test_a_file_of_another_format_is_refused(written, monkeypatch):
-    monkeypatch.setattr("spiral_gripper.files.beside.FORMAT", 2)
+    monkeypatch.setattr("spiral_gripper.files.beside.FORMAT", 3)
     with pytest.raises(FileError, match="another description or version"):
         read_grips(load_description(written))
 

@@ -7,8 +7,10 @@ from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
+import rclpy
 from geometry_msgs.msg import PoseStamped
 from repo.source_tree import ROOT
+from ros.harness import RunningNode
 
 from spiral_gripper_ros.parameters.table import GripperParameters
 
@@ -63,6 +65,14 @@ def test_the_srdf_names_links_and_joints_of_the_model_and_opens_with_a_release()
     assert opening == GripperParameters().gripper_cmd.open_position
     assert named(SRDF, f"group_state/joint[@value='{opening:g}']/..") == {"open"}
     assert 0.0 < min(values) <= max(values) < opening
+
+
+def test_the_arms_goals_are_asked_of_the_node(example, namespace, monkeypatch):
+    node = rclpy.create_node("arm", namespace=namespace)
+    monkeypatch.setattr(example, "NAMESPACE", namespace)
+    with RunningNode(namespace), pytest.raises(SystemExit, match="poses tried grip"):
+        example.find_approaches(node, 0.2, [1.0, 0.0, 0.5])
+    node.destroy_node()
 
 
 def test_the_object_is_attached_where_it_is_wrapped_and_detached(example):

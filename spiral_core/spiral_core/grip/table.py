@@ -16,7 +16,7 @@ from spiral_core.rod.types import Vector
 # Largest relative error of a force between two radii of the table.
 TOLERANCE = 0.05
 # Where radii are held is located to this part of a radius.
-EDGE = 0.05
+EDGE = 0.01
 # Forces are compared at these multiples of the onset, and not below this part of the largest [1].
 COMPARED_AT = (1.02, 1.1, 1.2)
 NEGLIGIBLE = 0.05

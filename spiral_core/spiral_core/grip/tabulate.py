@@ -34,7 +34,7 @@ from spiral_core.wrap.gripper import Gripper
 FORCE_MULTIPLES = (0.95, 1.0, 1.05, 1.15)
 NEAR_TOP = 0.93
 # A table's radii keep this fraction away from the ends of the range, where nothing is held.
-MARGIN = 0.03
+MARGIN = 0.005
 # It grows to this many times the radii that it begins with.
 MOST_REFINED = 8
 # Radii are rounded to these decimals of a meter, so that a file holds those that were solved.

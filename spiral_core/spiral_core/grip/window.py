@@ -59,12 +59,16 @@ class GripPoint:
     @property
     def is_wrapped(self) -> bool:
         """Whether the tip touches, and more than a tenth of the tube with it."""
-        return self.tip_gap <= TOUCH_GAP * self.outer_radius and wraps(self.state)
+        return self.tip_gap <= TOUCH_GAP * self.outer_radius and self._wraps
 
     @property
     def is_curled(self) -> bool:
         """Whether the end bridges more than a curl's gap after its first touch."""
-        return wraps(self.state) and self.largest_gap > CURL_GAP * self.outer_radius
+        return self._wraps and self.largest_gap > CURL_GAP * self.outer_radius
+
+    @property
+    def _wraps(self) -> bool:
+        return wraps(self.state, self.outer_radius)
 
     @property
     def outer_radius(self) -> float:
@@ -74,7 +78,7 @@ class GripPoint:
     @property
     def contact_length(self) -> float:
         """Length of tube that touches the object, its gap at most that of a touching tip [m]."""
-        return float(self.state.lengths_within(TOUCH_GAP * self.outer_radius)[0])
+        return float(self.state.lengths_within(TOUCH_GAP * self.outer_radius)[0].sum())
 
     @property
     def normal_force(self) -> float:
@@ -147,14 +151,18 @@ class GripPoint:
         return self.state.base_reaction
 
 
-def wraps(state: RodState) -> bool:
-    """Return whether more than a few elements touch: contact that can be lost.
+def wraps(state: RodState, outer_radius: float) -> bool:
+    """Return whether more than a tenth of the tube touches: contact that can be lost.
 
-    An element touches with both ends. A node that touches alone is a point where tube and object
-    cross: on more elements it stands for less of the tube.
+    Counted is what lies within a touching tip's gap, from the first node that bears a force to the
+    last. Where tube and object only cross this is short; and the nodes that bear a force are now
+    more and now less where the tube lies on the object lightly.
     """
-    touching = state.touching[0]
-    return int((touching[:-1] & touching[1:]).sum()) > FEWEST_TOUCHING * (len(touching) - 1)
+    bearing = np.flatnonzero(state.touching[0])
+    if bearing.size < 2:
+        return False
+    near = state.lengths_within(TOUCH_GAP * outer_radius)[0, bearing[0] : bearing[-1]]
+    return float(near.sum()) > FEWEST_TOUCHING * float(state.arc_lengths[-1])
 
 
 # Pressures of the window are located to this fraction of themselves.
@@ -240,7 +248,7 @@ def lost_at(before: GripPoint, pressure: float, path: RodPath, *, wrapped: bool)
             held = float(event.before.contact_lengths[0])
             moves_on = event.last.status is RodStatus.NOT_HELD
             lets_go = moves_on or event.contact_lost > LOST_FRACTION * held
-            lost = wraps(event.before) and lets_go
+            lost = wraps(event.before, before.outer_radius) and lets_go
         if lost:
             return _pressure_at(before, pressure, event)
     return None
@@ -497,7 +505,12 @@ def grip_window(
         if loss is not None or point is None:
             end = WindowEnd.LOST if loss is not None else _why(path)
             break
-        curled_only = lift_off is not None and curling == onset
+        curled_only = (
+            onset is not None
+            and curling is not None
+            and lift_off is not None
+            and curling <= (1.0 + PRESSURE_TOLERANCE) * onset
+        )
         if point.is_wrapped and (onset is None or curled_only):
             onset, curling, lift_off = located(here, point, WRAP), None, None
         if onset is not None and curling is None and point.is_curled:

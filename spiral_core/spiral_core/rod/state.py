@@ -239,7 +239,7 @@ class RodState:
         return lengths
 
     def lengths_within(self, gap: float) -> Array:
-        """Return the length that lies within a gap [m] of each obstacle (m,) [m].
+        """Return the length of each element within a gap [m] of each obstacle (m, n - 1) [m].
 
         The gap is linear between nodes, and at most this at both ends of what counts.
         """
@@ -247,7 +247,7 @@ class RodState:
         high = np.maximum(self.gaps[:, :-1], self.gaps[:, 1:])
         with np.errstate(divide="ignore", invalid="ignore"):
             parts = np.where(high <= gap, 1.0, np.maximum((gap - low) / (high - low), 0.0))
-        lengths: Array = parts @ np.diff(self.arc_lengths)
+        lengths: Array = parts * np.diff(self.arc_lengths)
         return lengths
 
     @property

@@ -21,7 +21,7 @@ from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.storage import FileError, read_text, write_file
 
 # Raised when the same description gets other answers: files made before are then refused.
-FORMAT = 1
+FORMAT = 2
 # Numbers of a file, and of a description where it is compared, are rounded to this many digits.
 DIGITS, COMPARED_DIGITS = 6, 12
 # What a description says in words; its answers depend on all other fields.
