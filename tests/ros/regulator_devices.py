@@ -11,7 +11,7 @@ import tty
 from typing import NamedTuple
 
 from pymodbus.constants import ExcCodes
-from pymodbus.server import ServerStop, StartTcpServer
+from pymodbus.server import ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
 from spiral_gripper_ros.regulators.line_protocol import LineBuffer, check_sum
@@ -94,7 +94,7 @@ class LineDevice:
 
 
 class ModbusServer:
-    """A Modbus TCP server at a port of this machine, with 100 registers.
+    """A Modbus TCP server on this machine, with 100 registers.
 
     Attributes:
         registers: what they hold, as read by clients; they may be overwritten.
@@ -103,14 +103,33 @@ class ModbusServer:
         delay: time before each answer [s].
     """
 
-    def __init__(self, port):
-        self.port, self.registers, self.written, self.fault, self.delay = port, {}, [], "", 0.0
-        registers = SimData(0, count=100, datatype=DataType.REGISTERS)
-        device = SimDevice(1, [registers], action=self._act)
-        serve = {"address": ("127.0.0.1", port)}
-        threading.Thread(target=StartTcpServer, args=(device,), kwargs=serve, daemon=True).start()
+    def __init__(self, port=0):
+        self.port, self.registers, self.written = port, {}, []
+        self.fault, self.delay = "", 0.0
+        self._loop, ready = asyncio.new_event_loop(), threading.Event()
+        self._thread = threading.Thread(target=self._run, args=(ready,), daemon=True)
+        self._thread.start()
+        assert ready.wait(60.0)
 
-    close = staticmethod(ServerStop)
+    def close(self):
+        if not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._server.serving.set_result, True)
+            self._thread.join(60.0)
+            self._loop.close()
+
+    def _run(self, ready):
+        async def serve():
+            registers = SimData(0, count=100, datatype=DataType.REGISTERS)
+            device = SimDevice(1, [registers], action=self._act)
+            self._server = ModbusTcpServer(device, address=("127.0.0.1", self.port))
+            await self._server.serve_forever(background=True)
+            self.port = self._server.transport.sockets[0].getsockname()[1]
+            ready.set()
+            await self._server.serving
+            self._server.close()
+            await asyncio.sleep(0.05)
+
+        self._loop.run_until_complete(serve())
 
     async def _act(self, function, start, address, count, registers, values):
         await asyncio.sleep(self.delay)

@@ -2,7 +2,6 @@
 """Every kind of device and what can be wrong with it, below the adapter's node in this process."""
 
 import math
-import socket
 import struct
 import time
 from types import SimpleNamespace
@@ -65,9 +64,7 @@ class Modbus(ModbusServer):
     """A server whose set-point is absolute, in hPa, and whose measurement has 32 bits."""
 
     def __init__(self, *_):
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            super().__init__(probe.getsockname()[1])
+        super().__init__()
         self.parameters = named(
             "device=modbus host=127.0.0.1 command_register=3 command_unit=hPa "
             "command_reference=absolute measured_register=10 measured_format=float32 "

@@ -36,7 +36,7 @@ NEAR_TOP = 0.93
 # A table's radii keep this fraction away from the ends of the range, where nothing is held.
 MARGIN = 0.005
 # It grows to this many times the radii that it begins with.
-MOST_REFINED = 8
+MOST_REFINED = 10
 # Radii are rounded to these decimals of a meter, so that a file holds those that were solved.
 DECIMALS = 7
 

@@ -189,7 +189,7 @@ def wrap(
 @option(
     "--table-radii",
     click.IntRange(2, 50),
-    "Number of radii that a table begins with; up to eight times as many where it is refined.",
+    "Number of radii that a table begins with; up to ten times as many where it is refined.",
     shown=6,
 )
 @sensitivity_option
