@@ -74,7 +74,12 @@ def test_a_search_can_be_canceled_and_the_next_one_says_why_nothing_grips(namesp
         assert running.cancel()
         assert running.end()[0] == GoalStatus.STATUS_CANCELED
         assert "poses tried grip" in refused(goals.send(goal(radius=0.2)), Reason.NOT_CERTIFIED)
+        older = goals.send(goal())
         assert "radius" in refused(goals.send(goal(radius=-1.0)), Reason.INVALID_REQUEST)
+        assert not older.is_done
+        newer = goals.send(goal(radius=0.2))
+        assert "replaced by a newer goal" in refused(older, Reason.INVALID_REQUEST)
+        assert newer.end()[0] == GoalStatus.STATUS_ABORTED
         goals.close()
 
 

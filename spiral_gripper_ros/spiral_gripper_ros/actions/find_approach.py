@@ -14,7 +14,7 @@ from rclpy.action import CancelResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.node import Node
 
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.validation import require_direction, require_in_range, require_positive
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
 from spiral_gripper_msgs.action import FindApproach
@@ -32,8 +32,11 @@ from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, gravity_problem
 from spiral_gripper_ros.planning.approach import ApproachQuestion, FoundApproach, searched
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.planning.worker import EndedError
 from spiral_gripper_ros.runtime.guards import answered
 from spiral_gripper_ros.runtime.runtime import Runtime
+
+REPLACED = "replaced by a newer goal"
 
 
 class ApproachServer:
@@ -63,14 +66,13 @@ class ApproachServer:
 
     async def _execute(self, handle: Any) -> Any:  # noqa: ANN401
         """Answer a goal."""
-        self._newest = handle
 
         def refuse(text: str, reason: Reason) -> Any:  # noqa: ANN401
             return FindApproach.Result(success=False, reason=int(reason), message=text)
 
         async def answer(loaded: LoadedGripper) -> Any:  # noqa: ANN401
             question = question_from_msg(handle.request, loaded.gripper)
-            background = self._runtime.background
+            background, self._newest = self._runtime.background, handle
 
             def is_wanted(closed: int, expected: int) -> bool:
                 handle.publish_feedback(FindApproach.Feedback(closed=closed, expected=expected))
@@ -79,7 +81,12 @@ class ApproachServer:
                 return is_newest and not (unloaded or handle.is_cancel_requested)
 
             search = partial(searched, question, is_wanted)
-            found, text = await background.approaches.ask(self._node.executor, search)
+            try:
+                found, text = await background.approaches.ask(self._node.executor, search)
+            except EndedError:
+                if self._newest is handle:
+                    raise
+                raise SpiralError(REPLACED) from None
             return result_of(found, text, handle.request.object_pose)
 
         result = await answered(self._node, self._runtime, answer, refuse)
