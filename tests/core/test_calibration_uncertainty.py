@@ -50,6 +50,7 @@ def test_draws_agree_with_the_linear_propagation():
     drawn = pressure_uncertainty_by_draws(fit, radii, seed=3, draws=120)
     for one, other in zip(pressure_uncertainty(fit, radii), drawn, strict=True):
         assert other.pressure == one.pressure
+        assert other.failed_draws == 0.0
         # The spread of 120 draws of Student's t is uncertain by some 8 %, and wider by 10 %.
         assert_allclose(other.standard_error, one.standard_error, 0.35)
     with ProcessPoolExecutor(2) as executor:

@@ -28,7 +28,7 @@ HIGHEST = max(load_gripper(name).pressure_max for name in GRIPPERS)
 RATE = 2.0e6  # [Pa/s], as Client.restore() sets it; no operation raises it
 
 anything = st.floats()
-radii = anything | st.floats(0.003, 0.05) | st.just(0.02)
+radii = anything | st.floats(0.003, 0.05) | st.sampled_from([0.011, 0.02, 0.03]) | st.just(0.02)
 pressures = anything | st.floats(-2.0e3, 1.2e5)
 gravities = st.tuples(*[anything] * 3) | st.permutations([9.80665, 0.0, 0.0])
 odd_values = anything | st.integers(-5, 5000) | st.booleans() | st.text(max_size=8)
