@@ -47,13 +47,16 @@ def test_near_faces_are_drawn_over_far_ones_to_scale_and_from_the_front_only():
     line = np.linspace([0.05, 0.0, -0.1], [0.05, 0.0, 0.1], OBJECT_RINGS)
     near = tube_surface(line, 0.01)
     far = turned_surface(line[[0, -1]] - (0.1, 0.0, 0.0), np.full(OBJECT_RINGS, 0.02))
-    axes = Figure().add_subplot()
-    draw_surfaces(axes, [near, far], (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    (faces,) = axes.collections
-    red, _, blue, _ = faces.get_facecolor().T
-    of_the_tube = (red > blue).tolist()
-    assert of_the_tube[-1]
-    assert of_the_tube == sorted(of_the_tube)
+    for surfaces in ([near, far], [far, near]):
+        axes = Figure().add_subplot()
+        draw_surfaces(axes, surfaces, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+        (faces,) = axes.collections
+        red, _, blue, _ = faces.get_facecolor().T
+        of_the_tube = (red > blue).tolist()
+        assert of_the_tube[-1]
+        assert of_the_tube == sorted(of_the_tube)
+    points = np.concatenate([path.vertices for path in faces.get_paths()])
+    assert np.ptp(points, axis=0) == pytest.approx((40.0, 200.0), rel=1e-3)
     assert axes.get_aspect() == 1.0
     # Half of the sides' triangles face the viewer; the caps are seen from their edge.
     whole = len(near.triangles) + len(far.triangles)
