@@ -119,6 +119,15 @@ def require_vector(field: str, value: object, size: int) -> tuple[float, ...]:
     return components
 
 
+def keep_vector(owner: object, field: str, size: int) -> None:
+    """Check a field of a frozen dataclass and keep it as a tuple: arrays have no truth value.
+
+    Raises:
+        InvalidInputError: it is no vector of this size.
+    """
+    object.__setattr__(owner, field, require_vector(field, getattr(owner, field), size))
+
+
 def require_direction(field: str, value: object) -> tuple[float, float, float]:
     """Return the unit vector along three components.
 

@@ -18,8 +18,11 @@ from numpy.linalg import norm
 from spiral_core import (
     Clamped,
     Free,
+    Guided,
     InvalidInputError,
+    Obstacle,
     Pinned,
+    Plane,
     PointLoad,
     Rod,
     RodElement,
@@ -32,6 +35,7 @@ from spiral_core import (
     solve_rod,
 )
 
+UP = (0.0, 0.0, 0.1)
 LOAD = RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))
 
 
@@ -70,6 +74,16 @@ def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(given):
     assert solve_rod(RodProblem(**given), elements=40, start=start).element is RodElement.MIXED
     with pytest.raises(InvalidInputError, match="element"):
         solve_rod(RodProblem(**given), start=start, element=RodElement.INEXTENSIBLE)
+
+
+def test_vectors_may_be_arrays():
+    def ends(of):
+        base, ground = Clamped(of((0.0, 0.0, 0.1))), Obstacle(Plane(), of((0.0, 0.0, -1.0)))
+        tip, push = Guided(of((0.0, 0.0, 0.1)), of((1.0, 0.0, 0.0))), PointLoad(0.2, of(UP))
+        return RodProblem(HELICAL, base=base, tip=tip, obstacles=(ground,), point_loads=(push,))
+
+    assert ends(np.array) == ends(tuple)
+    assert solve_rod(RodProblem(HELICAL, base=Clamped(np.zeros(3), np.eye(4)[3]))).stable
 
 
 @pytest.mark.parametrize("parts", [2, 3, 6])

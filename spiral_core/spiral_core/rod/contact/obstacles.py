@@ -14,7 +14,12 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod._algebra import composed, matrices, quaternions_between
 from spiral_core.rod.contact.shapes import Array, Range, Shape
 from spiral_core.rod.types import Vector
-from spiral_core.validation import require_finite, require_unit_vector, require_vector
+from spiral_core.validation import (
+    keep_vector,
+    require_finite,
+    require_unit_vector,
+    require_vector,
+)
 
 Quaternion: TypeAlias = tuple[float, float, float, float]
 
@@ -38,7 +43,8 @@ class Obstacle:
     def __post_init__(self) -> None:
         if not hasattr(self.shape, "distance"):
             raise InvalidInputError("shape", self.shape, "a shape, such as Cylinder(radius)")
-        require_vector("position", self.position, 3)
+        keep_vector(self, "position", 3)
+        keep_vector(self, "orientation", 4)
         require_unit_vector("orientation", self.orientation, 4)
         if not require_finite("friction", self.friction) >= 0.0:
             raise InvalidInputError("friction", self.friction, "a finite number >= 0")

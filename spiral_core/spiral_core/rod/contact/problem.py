@@ -12,11 +12,11 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact.obstacles import Obstacle, Quaternion
 from spiral_core.rod.types import ZERO, Rod, RodLoad, Vector
 from spiral_core.validation import (
+    keep_vector,
     require_all,
     require_finite,
     require_kind,
     require_unit_vector,
-    require_vector,
 )
 
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -38,7 +38,7 @@ class Pinned:
     position: Vector = ZERO
 
     def __post_init__(self) -> None:
-        require_vector("position", self.position, 3)
+        keep_vector(self, "position", 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,8 @@ class Clamped:
     orientation: Quaternion = UPRIGHT
 
     def __post_init__(self) -> None:
-        require_vector("position", self.position, 3)
+        keep_vector(self, "position", 3)
+        keep_vector(self, "orientation", 4)
         require_unit_vector("orientation", self.orientation, 4)
 
 
@@ -73,9 +74,11 @@ class Guided:
     orientation: Quaternion | None = None
 
     def __post_init__(self) -> None:
-        require_vector("position", self.position, 3)
+        keep_vector(self, "position", 3)
+        keep_vector(self, "direction", 3)
         require_unit_vector("direction", self.direction, 3)
         if self.orientation is not None:
+            keep_vector(self, "orientation", 4)
             require_unit_vector("orientation", self.orientation, 4)
 
 
@@ -98,8 +101,8 @@ class PointLoad:
 
     def __post_init__(self) -> None:
         require_finite("at", self.at)
-        require_vector("force", self.force, 3)
-        require_vector("moment", self.moment, 3)
+        keep_vector(self, "force", 3)
+        keep_vector(self, "moment", 3)
 
 
 @dataclass(frozen=True, slots=True)
