@@ -28,7 +28,7 @@ HIGHEST = max(load_gripper(name).pressure_max for name in GRIPPERS)
 RATE = 2.0e6  # [Pa/s], as Client.restore() sets it; no operation raises it
 
 anything = st.floats()
-radii = anything | st.floats(0.003, 0.05) | st.sampled_from([0.011, 0.02, 0.03]) | st.just(0.02)
+radii = anything | st.floats(0.003, 0.05) | st.just(0.02)
 pressures = anything | st.floats(-2.0e3, 1.2e5)
 gravities = st.tuples(*[anything] * 3) | st.permutations([9.80665, 0.0, 0.0])
 odd_values = anything | st.integers(-5, 5000) | st.booleans() | st.text(max_size=8)
@@ -130,7 +130,9 @@ def test_whatever_comes_the_live_node_stays_safe_and_recovers():
         seen.update(State(status.state) for status in client.statuses)
         markers.clear()
         client.restore()
-        assert client.wrap(0.02).pressure_command > 0.0
+        held = client.wrap(0.02).pressure_command
+        client.send_radius(0.2)
+        assert client.wait_for_state(State.HOLDING).pressure_command == held > 0.0
 
     with RunningNode("/fuzzed") as node:
         client.wait_until_active()
@@ -138,4 +140,4 @@ def test_whatever_comes_the_live_node_stays_safe_and_recovers():
         assert node.stop() == 0, node.log()
         assert "Traceback" not in node.log(), node.log()
     client.close()
-    assert {State.TRACKING, State.HOLDING, State.RELEASED, State.GRASPING} <= seen
+    assert {State.RELEASED, State.GRASPING} <= seen
