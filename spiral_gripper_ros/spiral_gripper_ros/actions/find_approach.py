@@ -48,7 +48,8 @@ class ApproachServer:
     """
 
     def __init__(self, node: Node, runtime: Runtime) -> None:
-        self._node, self._runtime, self._newest = node, runtime, None
+        self._node, self._runtime = node, runtime
+        self._newest: Any = None  # handle of the goal that is searched for
         self._server = GuardedServer(
             runtime.errors,
             node,
@@ -75,10 +76,11 @@ class ApproachServer:
             background, self._newest = self._runtime.background, handle
 
             def is_wanted(closed: int, expected: int) -> bool:
-                handle.publish_feedback(FindApproach.Feedback(closed=closed, expected=expected))
                 unloaded = self._runtime.loaded is not loaded or background.has_ended
-                is_newest = self._newest is handle
-                return is_newest and not (unloaded or handle.is_cancel_requested)
+                if unloaded or handle.is_cancel_requested or self._newest is not handle:
+                    return False
+                handle.publish_feedback(FindApproach.Feedback(closed=closed, expected=expected))
+                return True
 
             search = partial(searched, question, is_wanted)
             try:

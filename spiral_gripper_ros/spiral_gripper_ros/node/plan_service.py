@@ -126,20 +126,9 @@ class _Answers:
 
     def _filled(self, answer: PlannedWrap, asked: ObjectToWrap) -> PlannedWrap:
         request, context, radius = self._request, self._context, asked.radius
-        # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
-        refusal = impossible_radius(radius, (0.0, math.inf))
-        if refusal is not None:
-            raise _RefusedError(refusal.reason, refusal.text)
+        self._check(asked)
         overpressure, length = known(request.overpressure), known(asked.length)
-        friction, payload = known(asked.friction_coefficient), known(asked.payload)
-        if overpressure is not None:
-            require_non_negative("overpressure", overpressure)
-        if payload is not None:
-            require_in_range("payload", payload, 0.0, LARGEST_PAYLOAD)
-        if length is not None:
-            require_positive("length", length)
-        if friction is not None:
-            require_in_range("friction_coefficient", friction, 0.0, FRICTION_MAX)
+        payload = known(asked.payload)
         planner, cap = self._planner(asked), context.limits.pressure_cap
         if isinstance(planner, NoPlanner):
             planner.plan(radius)
@@ -158,9 +147,11 @@ class _Answers:
         if not pressure <= cap:
             text = f"needs {pressure:.6g} Pa, above pressure.cap = {cap:.6g} Pa"
             raise _RefusedError(Reason.PRESSURE_CAP, text)
-        grip = self._known_grip(asked, pressure, plan)
-        if solved is not None:
-            grip = solved.answer(pressure, at_pose=bool(asked.pose))
+        grip = (
+            self._known_grip(asked, pressure, plan)
+            if solved is None
+            else solved.answer(pressure, at_pose=bool(asked.pose))
+        )
         if grip is not None and not pressure < grip.loss:
             lost = beyond_loss(pressure, grip.loss)
             raise _RefusedError(lost.reason, lost.text)
@@ -187,6 +178,23 @@ class _Answers:
             f"{'' if judged else '; its pose is not judged: compute_grip does that'}",
         )
         return message
+
+    def _check(self, asked: ObjectToWrap) -> None:
+        """Refuse numbers that are out of their range."""
+        # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
+        refusal = impossible_radius(asked.radius, (0.0, math.inf))
+        if refusal is not None:
+            raise _RefusedError(refusal.reason, refusal.text)
+        overpressure, length = known(self._request.overpressure), known(asked.length)
+        friction, payload = known(asked.friction_coefficient), known(asked.payload)
+        if overpressure is not None:
+            require_non_negative("overpressure", overpressure)
+        if payload is not None:
+            require_in_range("payload", payload, 0.0, LARGEST_PAYLOAD)
+        if length is not None:
+            require_positive("length", length)
+        if friction is not None:
+            require_in_range("friction_coefficient", friction, 0.0, FRICTION_MAX)
 
     def _planner(self, asked: ObjectToWrap) -> AnyPlanner:
         """Return the planner for the gravity and the object's axis."""
