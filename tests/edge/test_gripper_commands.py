@@ -5,6 +5,7 @@ import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from spiral_core import WrapCurve
@@ -46,10 +47,19 @@ QUESTIONS = {
     "paper_design_70 --radius 20mm --pressure 50kPa": "overhang",
     "paper_design_70 --radius 20mm --pressure 70kPa": "curling",
     "paper_design_70 --radius 20mm --pressure 95kPa": "95kPa is too much",
+    "paper_design_70 --radius 37.3mm --pressure 37kPa": "perfect_wrap",
 }
 
 
-@pytest.mark.parametrize("asked", QUESTIONS)
+def random_question(seed):
+    rng = np.random.default_rng(seed)
+    asked = [str(rng.choice(available_grippers())), f"--radius {rng.uniform(8.0, 30.0):.3f}mm"]
+    for option in ("--gravity-direction", "--object-axis")[: rng.integers(1, 3)]:
+        asked += [option, *(f"{each:.4f}" for each in rng.normal(size=3))]
+    return pytest.param(" ".join(asked), marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("asked", [*QUESTIONS, *map(random_question, range(3))])
 def test_wrap_says_what_grip_finds(asked, capsys, monkeypatch):
     monkeypatch.setattr(grip, "FORCE_PRESSURES", 3)  # forces are not compared
     answers = []
@@ -57,12 +67,13 @@ def test_wrap_says_what_grip_finds(asked, capsys, monkeypatch):
         code = run([command, *asked.split(), "--json"])
         printed = capsys.readouterr()
         answers.append(printed.err if code else json.loads(printed.out))
-    (wrapped, held), expected = answers, QUESTIONS[asked]
+    (wrapped, held), expected = answers, QUESTIONS.get(asked)
     if isinstance(wrapped, str):
-        assert expected in wrapped
         assert wrapped == held
+        assert expected is None or expected in wrapped
         return
-    assert (wrapped["regime"], wrapped["gripped"]) == (expected, True)
+    assert wrapped["gripped"]
+    assert expected is None or wrapped["regime"] == expected
     assert wrapped["pressure"] == wrapped["onset_wrap"]
     assert wrapped["at_pressure"] == held["at_pressure"]["pressure"]
     shared = wrapped.keys() & held.keys() - {"at_pressure", "turns"}
