@@ -125,6 +125,7 @@ MISUSES = {
     "{D} --prefer cheapest": "least-strain",
     "{D} --pressure-max '-1 psi'": "--pressure-max must be",
     "{D} --paper --friction 0.5": "--friction goes with --payload",
+    "{D} --paper --tolerance '5 mm'": "needs contact, which --paper leaves out",
     "sweep map --radius-min '11 mm' --radius-max '30 mm' --friction 0.5": "--friction goes with",
     "{D} --end-allowance '-1 mm'": "--end-allowance must be",
     "{D} --save x.yml": ".yaml",

@@ -11,6 +11,8 @@ from spiral_core.design.evaluation import ClosedObject, Evaluation
 from spiral_core.design.margin import Constraint, Margin
 from spiral_core.design.requirement import DesignRequirement
 from spiral_core.errors import SpiralError
+from spiral_core.grip.capture import safe_shift
+from spiral_core.grip.grip import recommended_grip
 from spiral_core.grip.places import find_place
 from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import grip_window
@@ -59,8 +61,13 @@ def close_on_objects(
             place = find_place(setup)
             if place is not None:
                 shift = math.dist(place.obstacle.position, setup.obstacle.position)
-                result = replace(_closed(radius, place), shift=shift)
+                result, setup = replace(_closed(radius, place), shift=shift), place
         closed.append(result)
+        wrapped = all(one.onset is not None for one in closed)
+        if requirement.tolerance is not None and wrapped:
+            told(Message("closing on {}, shifted", Quantity(radius, "m")))
+            safe, aim = _safe(requirement, requirement.tolerance, setup)
+            closed[-1] = replace(result, safe_shift=safe, aim=aim)
     return tuple(closed)
 
 
@@ -74,8 +81,25 @@ def _closed(radius: float, setup: GripSetup) -> ClosedObject:
     return ClosedObject(radius, window.onset_wrap, reason=reason)
 
 
-def judged(evaluation: Evaluation, closed: tuple[ClosedObject, ...]) -> Evaluation:
-    """Return a candidate with the room on the constraint that every object is wrapped."""
+def _safe(
+    requirement: DesignRequirement, tolerance: float, setup: GripSetup
+) -> tuple[float, tuple[float, float]]:
+    """Return how far an object may be shifted at its recommended pressure; 0 if it has none."""
+    payload = requirement.payload
+    try:
+        pressure = recommended_grip(setup, payload).pressure
+        return safe_shift(setup, pressure, payload, tolerance)
+    except SpiralError:
+        return 0.0, (0.0, 0.0)
+
+
+def judged(
+    requirement: DesignRequirement, evaluation: Evaluation, closed: tuple[ClosedObject, ...]
+) -> Evaluation:
+    """Return a candidate with the room on what is required of closing on the objects."""
     wrapped = sum(one.onset is not None for one in closed)
-    margin = Margin(Constraint.WRAPPED, float(wrapped), float(len(closed)))
-    return replace(evaluation, margins=(*evaluation.margins, margin), closed=closed)
+    margins = [Margin(Constraint.WRAPPED, float(wrapped), float(len(closed)))]
+    if requirement.tolerance is not None and wrapped == len(closed):
+        least = min(one.safe_shift or 0.0 for one in closed)
+        margins.append(Margin(Constraint.TOLERANCE, least, requirement.tolerance))
+    return replace(evaluation, margins=(*evaluation.margins, *margins), closed=closed)

@@ -84,12 +84,17 @@ class ClosedObject:
         onset: least pressure at which it is wrapped [Pa]; None where it is not.
         shift: from where the free coil fits best to the place where it is wrapped [m].
         reason: why it is not wrapped, in words; empty where it is.
+        safe_shift: across its axis, from which it is still held [m]; None where no tolerance is
+            required, or it is not wrapped.
+        aim: from its place to the middle of these shifts, away from the base and across [m].
     """
 
     radius: float
     onset: float | None = None
     shift: float = 0.0
     reason: str = ""
+    safe_shift: float | None = None
+    aim: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,7 @@ class Constraint(Enum):
     TURNS = "turns"
     PAYLOAD = "payload"
     WRAPPED = "objects wrapped with contact"
+    TOLERANCE = "shift of the objects"
 
     @property
     def unit(self) -> str:
@@ -61,6 +62,7 @@ _LOWER = (
     Constraint.TURNS,
     Constraint.PAYLOAD,
     Constraint.WRAPPED,
+    Constraint.TOLERANCE,
 )
 
 

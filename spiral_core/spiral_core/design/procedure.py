@@ -33,7 +33,7 @@ from spiral_core.design.rod_correction import (
     grip_figures,
 )
 from spiral_core.design.steps import steps_of
-from spiral_core.errors import NoCoilError
+from spiral_core.errors import InvalidInputError, NoCoilError
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.placement import place_object
 
@@ -87,7 +87,8 @@ def design_gripper(
         least changes that suffice.
 
     Raises:
-        InvalidInputError: pressure would not extend an actuator with the angles on offer.
+        InvalidInputError: pressure would not extend an actuator with the angles on offer; a
+            tolerance is required without contact.
         SolverError: a shape could not be certified.
 
     Example:
@@ -107,6 +108,8 @@ def design_gripper(
         >>> round(report.design.helix_length, 4)
         0.364
     """
+    if requirement.tolerance is not None and not contact:
+        raise InvalidInputError("contact", contact, "true where a tolerance is required")
     progress = progress or (lambda *_: None)
     preferred = partial(preference_key, requirement.preference)
     estimates = [estimate_candidate(requirement, c) for c in requirement.candidates()]
@@ -184,6 +187,7 @@ def _closed(
     order.sort(key=lambda number: preference_key(requirement.preference, tried[number]))
     order = order[:MOST_CLOSED]
     steps = (len(order) + 2) * len(objects_of(requirement))
+    steps *= 1 if requirement.tolerance is None else 2
     done = 0
 
     def told(what: str) -> None:
@@ -194,7 +198,7 @@ def _closed(
     result, number = list(tried), order[0]
     for number, anywhere in (*((n, False) for n in order), (order[0], True)):
         closed = close_on_objects(requirement, tried[number], told, anywhere=anywhere)
-        result[number] = judged(tried[number], closed)
+        result[number] = judged(requirement, tried[number], closed)
         if result[number].feasible:
             break
     return result, result[number]

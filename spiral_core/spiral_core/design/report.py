@@ -203,6 +203,9 @@ class DesignReport:
             return Message("feasible with {}", self.relaxations[0].sentence)
         if self.binding.constraint is Constraint.WRAPPED:
             return self.steps[-1].remark
+        if self.binding.constraint is Constraint.TOLERANCE and self.binding.value > 0.0:
+            safe = Quantity(self.binding.value, "m", rounded_down)
+            return Message("feasible with a tolerance of {}", safe)
         return "no single change of the requirement makes it feasible"
 
     @property

@@ -43,7 +43,7 @@ LARGEST_STRAIN = 10.0
 LEAST_TURNS = 0.1
 # Objects above a thousand kilometers [m]: not even a wrong unit gets there.
 LARGEST_RADIUS = 1.0e6
-OPTIONAL = ("object_length", "length_max", "pressure_max", "strain_max", "payload")
+OPTIONAL = ("object_length", "length_max", "pressure_max", "strain_max", "payload", "tolerance")
 # Tube that a plug and a fitting take up at each end (our choice: one inch, less a little).
 DEFAULT_END_ALLOWANCE = 0.02
 
@@ -143,7 +143,9 @@ class DesignRequirement:
         end_allowance: tube beyond the gripper at each end, for plug and fitting [m].
         preference: which of several designs is taken.
         payload: mass of each object that is to be carried twice over, along gravity [kg].
-        friction_coefficient: between tube and objects, for the payload.
+        friction_coefficient: between tube and objects, where contact counts.
+        tolerance: shift of the largest and the smallest object across their axis, in eight
+            directions, from which closing at the recommended pressure still holds them [m].
 
     Raises:
         InvalidInputError: a value is out of its range.
@@ -171,6 +173,7 @@ class DesignRequirement:
     preference: Preference = Preference.LEAST_STRAIN
     payload: float | None = None
     friction_coefficient: float = DEFAULT_FRICTION
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         given = [field for field in OPTIONAL if getattr(self, field) is not None]

@@ -157,11 +157,15 @@ def steps_of(
                 said.append(Message("{} is not wrapped: {}", size, one.reason))
                 continue
             figures.append((Message("wrapped from, {}", size), one.onset, "Pa"))
+            if one.safe_shift is not None:
+                figures.append((Message("safe shift, {}", size), one.safe_shift, "m"))
+                for way, aim in zip(("away from the base", "across"), one.aim, strict=True):
+                    figures.append((Message("aim {}, {}", way, size), aim, "m"))
             if one.shift:
                 figures.append((Message("object shifted by, {}", size), one.shift, "m"))
                 said.append(Message("{} is wrapped from another place than the free coil's", size))
         remark = joined("; ", said) or "all objects are wrapped where the free coil lies"
-        met = all(one.onset is not None for one in chosen.closed)
+        met = _met(chosen.margins, Constraint.WRAPPED, Constraint.TOLERANCE)
         step("closing with contact", met, remark, *figures)
     return tuple(steps)
 

@@ -172,7 +172,7 @@ def closed_pareto_set(
 
 def _closed(requirement: DesignRequirement, point: Evaluation) -> Evaluation:
     """Return a candidate whose gripper was also closed on the objects."""
-    return judged(point, close_on_objects(requirement, point, lambda _: None))
+    return judged(requirement, point, close_on_objects(requirement, point, lambda _: None))
 
 
 def in_turn(

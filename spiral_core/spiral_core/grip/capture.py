@@ -14,7 +14,7 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
-from itertools import product
+from itertools import product, takewhile
 from typing import Any
 
 import numpy as np
@@ -44,6 +44,9 @@ OUTWARD_STEPS = 10
 # farther from that line than this many resolutions.
 DIRECTIONS = 8
 FOLLOWED, BENT = 3, 2.5
+# The middle of what is safe is looked for so often, along one shift after the other, up to so many
+# times the shift that is wanted; what is safe from there in these parts of it, up to twice as far.
+CENTERED, CENTERED_REACH, SHIFT_PART = 3, 3.0, 0.25
 # The ball is located to one part in so many of the smaller limits.
 BALL_STEPS = 32
 # An ellipsoid is not thinner than this [m, rad].
@@ -305,6 +308,51 @@ def capture_region(
     region = replace(empty, shifts=shifts, tilts=tilts, radius=tuple(found[-2:]))
     ball, beyond = _ball(closings, region)
     return replace(region, ball=ball, ball_beyond=beyond, closings=len(closings.used))
+
+
+def safe_shift(
+    setup: GripSetup, pressure: float, payload: float | None, wanted: float
+) -> tuple[float, tuple[float, float]]:
+    """Return how far an object may be shifted across its axis, from the middle of what is safe.
+
+    The middle is looked for from the object's place along one shift, along the other, and along the
+    first again. From there the object is shifted in eight directions, by a quarter more of the
+    shift that is wanted each time, up to the first that is not held. Up to 120 closings; strips
+    thinner than these steps can be missed.
+
+    Args:
+        setup: the gripper and its object, a cylinder, in its place.
+        pressure: up to which it closes [Pa].
+        payload: see :func:`close_misplaced`.
+        wanted: shift that is wanted [m].
+
+    Returns:
+        The largest shift that was found to be held, at most twice the wanted one [m], and that
+        middle: shifts of the object from its place, away from the base and across [m].
+
+    Raises:
+        InvalidInputError: see :func:`close_misplaced`.
+    """
+    require_positive("wanted", wanted)
+
+    def holds(off: Array) -> bool:
+        outcome = close_misplaced(setup, pressure, off, payload).outcome
+        return outcome is CaptureOutcome.HOLDS
+
+    aim, steps = np.zeros(5), np.arange(1.0, 2.0 * CENTERED_REACH + 1.0) * 0.5 * wanted
+    if not holds(aim):
+        return 0.0, (0.0, 0.0)
+    for number in range(CENTERED):
+        way = np.eye(5)[SHIFTS[number % len(SHIFTS)]]
+        ends = [
+            sum(1 for _ in takewhile(holds, (aim + sign * step * way for step in steps)))
+            for sign in (1.0, -1.0)
+        ]
+        aim = aim + 0.25 * wanted * (ends[0] - ends[1]) * way
+    ways = [_in_plane(SHIFTS, number / DIRECTIONS) for number in range(DIRECTIONS)]
+    sizes = SHIFT_PART * wanted * np.arange(0.0, 2.0 / SHIFT_PART + 1.0)
+    held = takewhile(lambda size: all(holds(aim + size * way) for way in ways), sizes.tolist())
+    return max(held, default=0.0), (float(aim[0]), float(aim[1]))
 
 
 def _in_plane(plane: tuple[int, int], turn: float) -> Array:

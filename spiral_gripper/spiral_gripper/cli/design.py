@@ -11,6 +11,7 @@ import click
 from spiral_gripper.cli.output import print_json, say_written, write_picture
 from spiral_gripper.cli.requirement import requirement_from, requirement_options
 from spiral_gripper.cli.types import (
+    POSITIVE_LENGTH,
     REPORT_FILE,
     YAML_FILE,
     flag,
@@ -31,6 +32,11 @@ Example:
 
 @click.command(epilog=EXAMPLE)
 @requirement_options
+@option(
+    "--tolerance",
+    POSITIVE_LENGTH,
+    "Shift across its axis from which an object must still be held, computed with contact.",
+)
 @flag("--paper", "The paper's seven steps alone: nothing is closed on an object.")
 @output_options
 @plot_option
@@ -55,6 +61,8 @@ def design(
     middle and the smallest object, with contact and friction. Exit code 1: no design is feasible;
     the output states the limit that prevents it and the smallest change that makes one feasible.
     """
+    if paper and options["tolerance"] is not None:
+        raise click.UsageError("--tolerance needs contact, which --paper leaves out")
     requirement = requirement_from(options, contact=not paper)
 
     from spiral_core.design.procedure import design_gripper

@@ -57,6 +57,7 @@ def _requirement_rows(report: DesignReport) -> Rows:
         ("object length", wanted.object_length, "m"),
         ("longest gripper", wanted.length_max, "m"),
         ("payload", wanted.payload, "kg"),
+        ("tolerance", wanted.tolerance, "m"),
         ("largest pressure", wanted.pressure_max, "Pa"),
         ("largest strain", wanted.strain_max, "1"),
     )
