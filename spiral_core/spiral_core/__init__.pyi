@@ -97,7 +97,6 @@ from spiral_core.rod.motion.inertia import Inertia as Inertia
 from spiral_core.rod.motion.solve import solve_motion as solve_motion
 from spiral_core.rod.path import follow_rod as follow_rod
 from spiral_core.rod.solve import solve_rod as solve_rod
-from spiral_core.rod.state import RodCertificate as RodCertificate
 from spiral_core.rod.state import RodElement as RodElement
 from spiral_core.rod.state import RodState as RodState
 from spiral_core.rod.state import RodStatus as RodStatus
@@ -108,7 +107,6 @@ from spiral_core.wrap.curve import WrapCurve as WrapCurve
 from spiral_core.wrap.gripper import Gripper as Gripper
 from spiral_core.wrap.gripper import gripper_from_actuator as gripper_from_actuator
 from spiral_core.wrap.gripper import stiffness_from_actuator as stiffness_from_actuator
-from spiral_core.wrap.placement import ObjectPlacement as ObjectPlacement
 from spiral_core.wrap.profile import ObjectProfile as ObjectProfile
 from spiral_core.wrap.profile import wrap_for_profile as wrap_for_profile
 from spiral_core.wrap.wrap import Wrap as Wrap

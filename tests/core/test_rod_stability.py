@@ -12,7 +12,8 @@ import pytest
 from core.rod_cases import drawn, gripper_rod, random_direction
 from scipy.spatial.transform import Rotation
 
-from spiral_core import Rod, RodCertificate, RodLoad, RodProblem, Section, solve_rod
+from spiral_core import Rod, RodLoad, RodProblem, Section, solve_rod
+from spiral_core.rod.state import RodCertificate
 
 # 9/4 times the square of the first zero of the Bessel function J(-1/3).
 GREENHILL = 2.25 * 1.8663508588738948**2

@@ -18,12 +18,12 @@ from spiral_core import (
     FreeActuation,
     InvalidInputError,
     NeoHookean,
-    ObjectPlacement,
     PressureLaw,
     pressure_uncertainty,
 )
 from spiral_core.actuator.actuator import windings_of
 from spiral_core.grip.grip import GripCase, GripOutcome
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper import display_units, load_description, plot
 from spiral_gripper.bench.residual_plot import pressure_figure
 from spiral_gripper.reports.grip.plots import MOST_PANELS, window_figure

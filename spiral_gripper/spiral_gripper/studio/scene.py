@@ -8,8 +8,9 @@ import trimesh
 import viser
 from matplotlib import colormaps
 
-from spiral_core import Gripper, ObjectPlacement, RodState
+from spiral_core import Gripper, RodState
 from spiral_core.rod.types import Array, Vector
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.reports.meshes import SIDES, Mesh, tube_mesh
 
 TUBE_COLOR = (200, 85, 61)

@@ -15,7 +15,6 @@ import numpy as np
 from spiral_core import (
     Grip,
     Gripper,
-    ObjectPlacement,
     Profile,
     RodState,
     SpiralError,
@@ -29,7 +28,7 @@ from spiral_core import (
 )
 from spiral_core.grip.window import GripPoint, GripWindow
 from spiral_core.rod.types import Array
-from spiral_core.wrap.placement import place_object
+from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.studio.settings import DEFAULT_RATE, Settings, gripper_for
 
