@@ -24,8 +24,8 @@ from benchmarks.cases import SEED
 from benchmarks.command import wide_console
 from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
-from spiral_core import ApproachTask, find_approaches
-from spiral_core.grip.approach import BasePose, judge, screen
+from spiral_core import ApproachTask
+from spiral_core.grip.approach import BasePose, judge, judged_poses, screen
 from spiral_gripper import load_gripper
 from spiral_gripper.cli.workers import core_count, process_pool
 
@@ -62,11 +62,9 @@ def answer(index: int, count: int) -> dict[str, object]:
     task, rng = task_of(index), np.random.default_rng((SEED, index, 1))
     poses = [random_pose(task, rng) for _ in range(count)]
     with process_pool(core_count()) as executor:
-        found = find_approaches(task, executor=executor).approaches
-        tried = list(executor.map(screen, [task] * count, poses))
-        # By the same errors, one at a time, on as few elements.
-        searched = [judge(task, each.pose) for each in found]
+        searched = [each for each in judged_poses(task, executor).values() if not each.refusal]
         best = max(searched, key=lambda each: each.score, default=None)
+        tried = list(executor.map(screen, [task] * count, poses))
         force, size = (0.0, -1.0) if best is None else (MORE_FORCE * best.force, best.size + 1e-9)
         strong = [
             pose

@@ -405,15 +405,10 @@ def find_approaches(
         has the reasons and the nearest pose.
     """
     search = _Search(task, executor, progress, dict(known or {}), keep)
-    tried = search.solve(screen, candidate_poses(task, COARSE_DIRECTIONS if coarse else DIRECTIONS))
-    for part in PARTS[: 1 if coarse else None]:
-        if not any(tried[pose].refusal for pose in distinct(task, tried, REPORTED)):
-            break
-        tried |= search.around(screen, distinct(task, tried, NEAREST), AROUND, part)
+    tried = search.screened(coarse=coarse)
     best = {pose: trial for pose, trial in tried.items() if not trial.refusal}
     if not coarse:
-        best = search.solve(judge, distinct(task, best, JUDGED))
-        best |= search.around(judge, distinct(task, best, REPORTED), VARIED, VARIED_PART)
+        best = search.judged(tried)
     approaches = []
     for pose in distinct(task, best, REPORTED):
         try:
@@ -426,6 +421,17 @@ def find_approaches(
         approaches.append(approach if coarse else search.with_region(approach))
     approaches.sort(key=lambda each: each.found.score, reverse=True)
     return ApproachAnswer(task, tuple(approaches), tried | best)
+
+
+def judged_poses(task: ApproachTask, executor: Executor | None = None) -> dict[BasePose, Trial]:
+    """Return the poses of a search that were judged by the size of their region, without regions.
+
+    Args:
+        task: the object in the world, and the limit of the arm.
+        executor: where; None computes here.
+    """
+    search = _Search(task, executor, None, {}, None)
+    return search.judged(search.screened(coarse=False))
 
 
 def distinct(task: ApproachTask, trials: Mapping[BasePose, Trial], count: int) -> list[BasePose]:
@@ -448,6 +454,25 @@ class _Search:
     progress: Progress | None
     known: dict[Key, Found]
     keep: Callable[[Key, Found], None] | None
+
+    def screened(self, *, coarse: bool) -> dict[BasePose, Trial]:
+        """Return what poses do on few elements: spread out, then around the nearest."""
+        task = self.task
+        tried = self.solve(
+            screen, candidate_poses(task, COARSE_DIRECTIONS if coarse else DIRECTIONS)
+        )
+        for part in PARTS[: 1 if coarse else None]:
+            if not any(tried[pose].refusal for pose in distinct(task, tried, REPORTED)):
+                break
+            tried |= self.around(screen, distinct(task, tried, NEAREST), AROUND, part)
+        return tried
+
+    def judged(self, tried: Mapping[BasePose, Trial]) -> dict[BasePose, Trial]:
+        """Return how large the regions of the strongest poses are, then of some around the best."""
+        gripping = {pose: trial for pose, trial in tried.items() if not trial.refusal}
+        best = self.solve(judge, distinct(self.task, gripping, JUDGED))
+        best |= self.around(judge, distinct(self.task, best, REPORTED), VARIED, VARIED_PART)
+        return best
 
     def solve(self, stage: Stage, poses: Sequence[BasePose]) -> dict[BasePose, Trial]:
         """Return what poses do."""
