@@ -81,7 +81,8 @@ class RodCertificate(Enum):
     NONE = "not certified"
     STRICT_MINIMUM = "a strict local minimum of the energy: stable"
     STABLE_UP_TO_ROTATION = (
-        "one of a circle of equal minima: stable up to a rotation about the load's axis"
+        "one of a row of equal minima: stable up to a motion that nothing resists, such as a "
+        "rotation about the load's axis"
     )
 
 
@@ -139,7 +140,8 @@ class RodState:
             error up to the free rotation.
         last_step: largest rotation of a node in the Newton step that was left [rad].
         neutral_modes: 1 if the whole rod may turn about the base's axis at no cost (an isotropic
-            rod, straight at rest, that buckled under a load along that axis), else 0.
+            rod, straight at rest, that buckled under a load along that axis), with the mixed
+            element if nothing resists some motion, else 0.
         self_clearance: least distance between two turns of the rod's surface [m], up to two radii:
             of elements farther apart along the rod than pi radii. Infinite where the rod is too
             short to touch itself, or has no radius. Ends held at one place touch.

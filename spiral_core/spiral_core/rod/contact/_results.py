@@ -23,6 +23,7 @@ from spiral_core.rod._algebra import (
 from spiral_core.rod.contact._contact import TINY, Iterate
 from spiral_core.rod.contact._continuation import Point, from_centerline
 from spiral_core.rod.contact._mesh import Arrays
+from spiral_core.rod.contact._newton import NEUTRAL
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.state import STATUSES, RodEvent, RodState, RodStatus, SelfContact
 from spiral_core.rod.types import Array
@@ -37,6 +38,8 @@ MOST_TENSION = 7.0
 LOOK = 0.05
 # Elements are parallel below this squared sine of the angle between them.
 PARALLEL = 1e-14
+# Pivots below this are those of the stiffness against motions that nothing resists, and rounding.
+UNRESISTED = 10.0 * NEUTRAL
 
 
 def state_from_point(point: Point, iterations: int, status: RodStatus | None = None) -> RodState:
@@ -54,6 +57,7 @@ def state_from_point(point: Point, iterations: int, status: RodStatus | None = N
     if status is RodStatus.CONVERGED and _pulled_too_hard(arrays, x.n):
         status = RodStatus.NOT_HELD
     potential = float(np.sum(arrays.nodal[:, 3:] * x.p))
+    pivot = solution.pivot * arrays.length / arrays.bending
     return RodState(  # of copies: others go on from the point
         status=status,
         arc_lengths=arrays.arc_lengths.copy(),
@@ -70,8 +74,9 @@ def state_from_point(point: Point, iterations: int, status: RodStatus | None = N
         tip_reaction=_reaction(solution.gradient[-1], turn[-1]),
         energy=solution.energy + arrays.rest_energy - potential,
         residual=solution.residual,
-        smallest_pivot=solution.pivot * arrays.length / arrays.bending,
+        smallest_pivot=pivot,
         iterations=iterations,
+        neutral_modes=int(0.0 < pivot < UNRESISTED),
         self_clearance=clearance,
         _point=point,
     )
