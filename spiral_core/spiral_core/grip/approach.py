@@ -71,7 +71,7 @@ class ApproachTask:
 
     Args:
         gripper: in any mount; with its friction, or the default's.
-        radius: of the cylinder [m].
+        radius: of the cylinder [m], at most the tube's length.
         object_axis: direction of its axis in the world, in either sense, of any length.
         gravity: acceleration in the world [m/s^2], not zero.
         payload: mass of the object [kg]; None: force counts, not its ratio to a weight.
@@ -91,6 +91,7 @@ class ApproachTask:
     def __post_init__(self) -> None:
         require_kind("gripper", self.gripper, Gripper)
         require_positive("radius", self.radius)
+        require_in_range("radius", self.radius, 0.0, self.gripper.tube.length, "m")
         if self.payload is not None:
             require_positive("payload", self.payload)
         require_positive("tilt_max", self.tilt_max)

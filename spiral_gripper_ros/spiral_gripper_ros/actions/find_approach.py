@@ -116,6 +116,8 @@ def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # no
         require_direction("gravity", gravity)
     friction, payload = known(request.friction_coefficient), known(request.payload)
     tilt_max = known(request.tilt_max)
+    radius = require_positive("object_radius", request.object_radius)
+    require_in_range("object_radius", radius, 0.0, gripper.tube.length, "m")
     if payload is not None:
         require_positive("payload", payload)
     if tilt_max is not None:
@@ -124,7 +126,7 @@ def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # no
         gripper = replace(gripper, friction_coefficient=friction)
     return ApproachQuestion(
         gripper,
-        require_positive("object_radius", request.object_radius),
+        radius,
         axis,
         gravity,
         payload,
