@@ -63,6 +63,7 @@ def test_what_is_not_safe_enough_is_not_feasible(safe, outlook, monkeypatch):
     assert report.binding == Margin(Constraint.TOLERANCE, safe, 5e-3)
     assert not report.feasible
     assert not report.steps[-1].satisfied
+    assert report.steps[-1].remark == f"0.02 m is held up to a shift of {safe:g} m alone"
     assert outlook in report.outlook
     figures = {each.name: each.value for each in report.steps[-1].figures}
     assert figures["safe shift, 0.02 m"] == safe

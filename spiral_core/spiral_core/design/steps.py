@@ -13,6 +13,7 @@ from spiral_core.design.report import Design, DesignStep, StepQuantity
 from spiral_core.design.requirement import DesignRequirement
 from spiral_core.design.rod_correction import ExactFigures
 from spiral_core.message import Message, Quantity, joined
+from spiral_core.rounding import rounded_down
 
 Figure = tuple[str, float, str]
 
@@ -161,6 +162,9 @@ def steps_of(
                 figures.append((Message("safe shift, {}", size), one.safe_shift, "m"))
                 for way, aim in zip(("away from the base", "across"), one.aim, strict=True):
                     figures.append((Message("aim {}, {}", way, size), aim, "m"))
+                if one.safe_shift < (requirement.tolerance or 0.0):
+                    safe = Quantity(one.safe_shift, "m", rounded_down)
+                    said.append(Message("{} is held up to a shift of {} alone", size, safe))
             if one.shift:
                 figures.append((Message("object shifted by, {}", size), one.shift, "m"))
                 said.append(Message("{} is wrapped from another place than the free coil's", size))
