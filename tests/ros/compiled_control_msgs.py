@@ -5,7 +5,6 @@ The generators and headers come with the ros-jazzy wheels, the compiler is the o
 interfaces need. A colcon workspace would do the same in minutes, with wheels that no one has.
 """
 
-import json
 import os
 import subprocess
 import sys
@@ -32,58 +31,49 @@ DEPENDENCIES = """
 action_msgs builtin_interfaces sensor_msgs service_msgs std_msgs unique_identifier_msgs
 """
 SUPPORTS = ["rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"]
-KINDS = ["rosidl_generator_c", "rosidl_typesupport_c", *SUPPORTS]
+RUNTIME = "rosidl_runtime_c fastcdr rcutils"
 PREFIX = Path(sys.prefix)
 
 
 def compile_control_msgs(folder):
     """Compile into a folder, in a process of its own; return what to put onto the Python path."""
     command = [sys.executable, "-W", "ignore", __file__, str(folder)]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    environment = {**os.environ, "AMENT_PREFIX_PATH": sys.prefix}
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment)
     return folder / "rosidl_generator_py"
 
 
 def generate(folder):
     """Write the interfaces, their translations, and the sources of each generator."""
-    import rosidl_generator_c
-    import rosidl_generator_py.generate_py_impl
-    import rosidl_generator_type_description
-    import rosidl_typesupport_c
-    import rosidl_typesupport_fastrtps_c
-    import rosidl_typesupport_introspection_c
     from rosidl_adapter.action import convert_action_to_idl
     from rosidl_adapter.msg import convert_msg_to_idl
+    from rosidl_generator_c.cli import GenerateC
+    from rosidl_generator_py.cli import GeneratePython
+    from rosidl_generator_type_description.cli import HashTypeDescription
+    from rosidl_typesupport_c.cli import GenerateCTypesupport
+    from rosidl_typesupport_fastrtps_c.cli import GenerateFastRTPSCTypesupport
+    from rosidl_typesupport_introspection_c.cli import GenerateIntrospectionCTypesupport
 
-    files = [Path(name) for name in INTERFACES]
-    for path in files:
+    given = PACKAGE, [], [str(PREFIX / "share")]
+    for name, text in INTERFACES.items():
+        path = Path(name)
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
-        (folder / path).write_text(INTERFACES[str(path)])
+        (folder / path).write_text(text)
         convert = convert_msg_to_idl if path.suffix == ".msg" else convert_action_to_idl
         convert(folder, PACKAGE, path, folder / path.parent)
-    idl = [path.with_suffix(".idl") for path in files]
-    arguments = {
-        "package_name": PACKAGE,
-        "idl_tuples": [f"{folder}:{path}" for path in idl],
-        "target_dependencies": [],
-        "include_paths": [f"{path.name}:{path}" for path in (PREFIX / "share").iterdir()],
-        "ros_interface_files": [str(folder / path) for path in files],
-        "type_description_tuples": [f"{p}:{folder / p.with_suffix('.json')}" for p in idl],
-    }
-    for generator, *more in (
-        (rosidl_generator_type_description.generate_type_hash,),
-        (rosidl_generator_c.generate_c,),
-        (rosidl_typesupport_fastrtps_c.generate_typesupport_fastrtps_c,),
-        (rosidl_typesupport_introspection_c.generate_c,),
-        (rosidl_typesupport_c.generate_c, SUPPORTS),
-        (rosidl_generator_py.generate_py_impl.generate_py, ["rosidl_typesupport_c"]),
+        given[1].append(f"{folder}:{path.with_suffix('.idl')}")
+    HashTypeDescription("").generate_type_hashes(*given, folder)
+    for one in given[1]:  # names of messages and actions are alike
+        described = [one.replace(":", "/").replace(".idl", ".json")]
+        place = folder / "rosidl_generator_c" / PACKAGE
+        GenerateC("").generate(PACKAGE, [one], given[2], place, described)
+    for kind in (
+        GenerateCTypesupport(""),
+        GenerateFastRTPSCTypesupport(""),
+        GenerateIntrospectionCTypesupport(""),
+        GeneratePython("", typesupport_implementations=["rosidl_typesupport_c"]),
     ):
-        name = generator.__module__.split(".")[0]
-        first = name == "rosidl_generator_type_description"
-        arguments["output_dir"] = str(folder if first else folder / name / PACKAGE)
-        arguments["template_dir"] = str(PREFIX / "share" / name / "resource")
-        file = folder / f"{name}.json"
-        file.write_text(json.dumps(arguments))
-        generator(str(file), *more)
+        kind.generate(*given, folder / kind.__module__.partition(".")[0] / PACKAGE)
 
 
 def build(folder):
@@ -93,11 +83,6 @@ def build(folder):
     places = [PREFIX / "include", *(PREFIX / "include").iterdir(), sysconfig.get_path("include")]
     places += [numpy.get_include(), *folder.glob("rosidl_*")]
     flags = ["-O0", "-fPIC", "-w", *(f"-I{place}" for place in places)]
-    for name in KINDS:
-        flags += [f"-D{name.upper()}_{kind}_{PACKAGE}=" for kind in ("EXPORT", "PUBLIC", "IMPORT")]
-        header = folder / name / PACKAGE / "msg" / f"{name}__visibility_control.h"
-        header.parent.mkdir(parents=True, exist_ok=True)
-        header.touch()  # what it exports, the flags say
 
     def compiled(source):
         command = ["gcc", *flags, "-c", str(source), "-o", f"{source}.o"]
@@ -110,12 +95,9 @@ def build(folder):
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     names = [f"lib{PACKAGE}__{name}.so" for name in SUPPORTS]
     names.append(f"{PACKAGE}_s__rosidl_typesupport_c{suffix}")
-    needed = [
-        f"{name}__{kind}"
-        for name in DEPENDENCIES.split()
-        for kind in (*KINDS, "rosidl_generator_py")
-    ]
-    needed += [*KINDS[1:], f"{SUPPORTS[0]}pp", "rosidl_runtime_c", "fastcdr", "rcutils"]
+    built = [(PREFIX / "lib").glob(f"lib{name}__*.so") for name in DEPENDENCIES.split()]
+    needed = [library.stem.removeprefix("lib") for found in built for library in found]
+    needed += ["rosidl_typesupport_c", *SUPPORTS, f"{SUPPORTS[0]}pp", *RUNTIME.split()]
     flags = [f"-L{PREFIX / 'lib'}", f"-L{package}", f"-Wl,-rpath,{PREFIX / 'lib'}:{package}"]
     libraries = [f"-l{name}" for name in needed]
     for i, name in enumerate(names):  # the first holds all

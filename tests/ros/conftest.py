@@ -29,10 +29,10 @@ import hypothesis
 import pytest
 import rclpy
 from rclpy.signals import SignalHandlerOptions
-from ros.client_harness import PATIENCE
 from ros.control_bench import Bench
 from ros.harness import (
     BARE,
+    DEADLINE,
     FAST_RAMP,
     PATIENT,
     START_DEADLINE,
@@ -125,16 +125,12 @@ def node(namespace):
 
 
 @pytest.fixture
-def told(node, monkeypatch):
-    """What that node publishes last, by its topic, while it wraps an object of 20 mm."""
+def wrapped(node, monkeypatch):
+    """That node wraps an object of 20 mm, and is drawn."""
     monkeypatch.setattr(Outputs, "markers_are_wanted", True)
-    told = {}
-    node.runtime.outputs.publish = told.__setitem__
-    node.runtime.outputs.publish_diagnostics = lambda message: told.update(diagnostics=message)
     change(node, **FAST_RAMP, **PATIENT)
     offer(node)
     tick_until(node, lambda: node.runtime.control.snapshot().wrapped)
-    return told
 
 
 @pytest.fixture
@@ -144,7 +140,7 @@ def bench():
 
 @pytest.fixture(scope="module")
 def connection(shared):
-    with SpiralGripper(shared.get_namespace(), answer_timeout=PATIENCE) as gripper:
+    with SpiralGripper(shared.get_namespace(), answer_timeout=DEADLINE) as gripper:
         gripper.wait_until_active(START_DEADLINE)
         yield gripper
 
@@ -152,7 +148,7 @@ def connection(shared):
 @pytest.fixture
 def grip(active, connection):
     active.change("pressure.settle_time", 0.1)
-    connection.wait_until_active(PATIENCE)
+    connection.wait_until_active(DEADLINE)
     return connection
 
 

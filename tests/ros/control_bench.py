@@ -57,6 +57,7 @@ SHORT = dict(row.split(": ") for row in rows(SHORT))
 VALUES = {
     "none": None,
     "yes": True,
+    "no": False,
     "reconfigured": RECONFIGURED,
     "uncertified": SolverError(RodStatus.UNSTABLE, 1.0, 7),
 } | {
@@ -80,18 +81,8 @@ def snapshot(state, refusal=NOT_REFUSED, **fields):
     return Snapshot(state, refusal, **unknown | figures | {"refused": Counter()} | fields)
 
 
-class Bench:
-    """The control logic, a regulator that may measure, and a clock that the test winds.
-
-    What it can do are steps of a course: "run 1 0.02; grasp radius=none timeout=0.3; call release".
-    """
-
-    def __init__(self, limits=LIMITS):
-        super().__init__()
-        self.limits, self.control = limits, GripControl(limits)
-        self.planner, self.regulator = FakePlanner(), FakeRegulator()
-        self.sees, self.force, self.now, self.goals = "honest", None, 100.0, []
-        self.control.activate()
+class Steps:
+    """What can do the steps of a course: "run 1 0.02; grasp radius=none timeout=0.3"."""
 
     def follow(self, course):
         """Take the steps of a course; return what the last one answers."""
@@ -102,6 +93,17 @@ class Bench:
             named = (word.split("=") for word in words if "=" in word)
             answer = getattr(self, name)(*given, **{key: value(word) for key, word in named})
         return answer
+
+
+class Bench(Steps):
+    """The control logic, a regulator that may measure, and a clock that the test winds."""
+
+    def __init__(self, limits=LIMITS):
+        super().__init__()
+        self.limits, self.control = limits, GripControl(limits)
+        self.planner, self.regulator = FakePlanner(), FakeRegulator()
+        self.sees, self.force, self.now, self.goals = "honest", None, 100.0, []
+        self.control.activate()
 
     def run(self, duration, radius=None):
         """Tick for a while, with a radius before every tick if given; return the commands."""
@@ -121,6 +123,10 @@ class Bench:
 
     def radius(self, radius):
         return self.control.offer_radius(self.now, radius, self.planner)
+
+    def hear(self, age=0.0):
+        """Let gravity be heard."""
+        self.control.hear_gravity(self.now, age)
 
     def command(self):
         return self.control.command(self.now)

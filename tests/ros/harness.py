@@ -8,16 +8,14 @@ import sys
 import tempfile
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseArray, Vector3, Vector3Stamped
 from lifecycle_msgs.msg import State as LifecycleState
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rcl_interfaces.srv import ListParameters, SetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter as PythonParameter
-from rclpy.parameter import parameter_value_to_python
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
@@ -36,7 +34,7 @@ START_DEADLINE = DESIGN_DEADLINE = 600.0
 # The middleware drops an answer where the server has not discovered the client yet, which takes its
 # time under load: what may be asked twice is asked again after so long.
 ASK_AGAIN = 5.0
-ASKED_AGAIN = (Trigger, GetState, GetParameters, ListParameters, DescribeParameters)
+ASKED_AGAIN = (Trigger, GetState, ListParameters)
 NODE = "spiral_gripper"
 # The node's rate in these tests: fast, so that they are.
 FAST_RAMP = {"pressure.rate_up": 2.0e6, "pressure.rate_down": 2.0e6}
@@ -118,13 +116,12 @@ class Client(Node):
 
     def __init__(self, namespace):
         super().__init__("test_client", namespace=namespace)
-        self.pressures, self.diagnostics, self.regulator = [], [], None
-        self._latched = [[] for _ in LATCHED]
-        self.backbones, self.measured_backbones, self.statuses, self.wraps = self._latched
-        for (topic, kind), heard in zip(LATCHED.items(), self._latched, strict=True):
-            self.create_subscription(kind, topic, heard.append, ALL_AND_LATCHED)
+        self.pressures, self.regulator = [], None
+        self.heard = {topic: [] for topic in LATCHED}
+        self.statuses = self.heard["status"]
+        for topic, kind in LATCHED.items():
+            self.create_subscription(kind, topic, self.heard[topic].append, ALL_AND_LATCHED)
         self.create_subscription(Float64, "pressure_command", self._on_pressure, ALL)
-        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._senders = {
             topic: self.create_publisher(kind, topic, 1) for topic, kind in SENT.items()
         }
@@ -187,24 +184,10 @@ class Client(Node):
     def status(self):
         return self.statuses[-1] if self.statuses else None
 
-    def wait_for_plan(self, radius, pressure):
-        """Wait until a wrap of this radius at this pressure is planned; return its message."""
-
-        def is_told():
-            plans = self.wraps[-1].plan if self.wraps else []
-            return [(plan.object_radius, plan.pressure) for plan in plans] == [(radius, pressure)]
-
-        self.wait_until(is_told, f"the plan for {radius} at {pressure}")
-        return self.wraps[-1]
-
     def _on_pressure(self, message):
         self.pressures.append(message.data)
         if self.regulator is not None:
             self.send_measured(self.regulator(message.data))
-
-    def _on_diagnostics(self, message):
-        own = f"{self.get_namespace()}/{NODE}: grip"
-        self.diagnostics += [status for status in message.status if status.name == own]
 
     def send_radius(self, radius):
         self._senders["object_radius"].publish(Float64(data=radius))
@@ -259,11 +242,8 @@ class Client(Node):
 
     def plan_wrap(self, radius, deadline=DEADLINE, **fields):
         """Return the answer about one object; those of the message ObjectToWrap are its own."""
-        return self.plan_wraps([radius], deadline, **fields)[0]
-
-    def plan_wraps(self, radii, deadline=DEADLINE, **fields):
-        """Return the answers about objects that have all but the radius in common."""
-        return self.call(PlanWrap, "plan_wrap", plan_request(radii, **fields), deadline).plans
+        request = plan_request([radius], **fields)
+        return self.call(PlanWrap, "plan_wrap", request, deadline).plans[0]
 
     def transition(self, name):
         """Ask for a lifecycle transition by its name; return whether it succeeded."""
@@ -274,13 +254,9 @@ class Client(Node):
     def lifecycle_state(self):
         return self.call(GetState, f"{NODE}/get_state").current_state.id
 
-    def set_parameter(self, name, value):
-        """Set one parameter; return the result with its reason."""
-        return self.set_parameters({name: value})[0]
-
     def change(self, name, value):
         """Set one parameter, which must not be refused."""
-        result = self.set_parameter(name, value)
+        (result,) = self.set_parameters({name: value})
         assert result.successful, (name, result.reason)
 
     def set_parameters(self, values):
@@ -288,14 +264,6 @@ class Client(Node):
         messages = [PythonParameter(n, value=v).to_parameter_msg() for n, v in values.items()]
         request = SetParameters.Request(parameters=messages)
         return self.call(SetParameters, f"{NODE}/set_parameters", request).results
-
-    def get_parameter_of_node(self, name):
-        return self.get_parameters_of_node([name])[0]
-
-    def get_parameters_of_node(self, names):
-        request = GetParameters.Request(names=names)
-        answer = self.call(GetParameters, f"{NODE}/get_parameters", request)
-        return list(map(parameter_value_to_python, answer.values))
 
     def restore(self):
         """Bring the node to a fresh activation with known parameters; forget what was before."""
@@ -308,8 +276,7 @@ class Client(Node):
         self.wait_until(lambda: not any(self._listeners()), "the end of what listens")
         values = {spec.name: spec.default for spec in PARAMETERS if not spec.read_only}
         values |= FAST_RAMP | PATIENT | BARE | {"gravity.vector": [9.80665, 0.0, 0.0]}
-        refused = [result for result in self.set_parameters(values) if not result.successful]
-        assert not refused
+        assert all(result.successful for result in self.set_parameters(values))
         assert self.transition("configure")
         assert self.transition("activate")
         self.wait_until_active()
@@ -319,8 +286,16 @@ class Client(Node):
 
     def forget(self):
         """Forget everything that was received."""
-        for received in (self.pressures, self.diagnostics, *self._latched):
+        for received in (self.pressures, *self.heard.values()):
             received.clear()
+
+
+def wait_until(condition):
+    """Poll a condition until it holds."""
+    deadline = time.monotonic() + DEADLINE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 def _lists(fields):
@@ -357,11 +332,7 @@ def tick(node):
 
 def tick_until(node, condition):
     """Call them until a condition holds."""
-    deadline = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-        tick(node)
+    wait_until(lambda: condition() or tick(node))
 
 
 def serve(node, name, request):

@@ -5,11 +5,10 @@ import os
 import re
 import subprocess
 import sys
-import time
 from contextlib import suppress
 from pathlib import Path
 
-from ros.harness import DEADLINE
+from ros.harness import DEADLINE, wait_until
 
 PROGRAM = str(Path(sys.executable).with_name("spiral-gripper"))
 
@@ -39,12 +38,9 @@ def rest_of(process, number=0):
     """
     if number:
         os.killpg(process.pid, number)
-    said, deadline = process.stdout.read(), time.monotonic() + DEADLINE
+    said = process.stdout.read()
     assert "Traceback" not in said
     code = process.wait(DEADLINE)
     with suppress(ProcessLookupError):
-        while time.monotonic() < deadline:
-            os.killpg(process.pid, 0)
-            time.sleep(0.05)
-        raise AssertionError("a process is left")
+        wait_until(lambda: os.killpg(process.pid, 0))
     return code, said

@@ -16,8 +16,7 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from repo.source_tree import ROOT
-from ros.client_harness import PATIENCE, RADIUS, wait_until
-from ros.harness import PATIENT, START_DEADLINE, RunningNode
+from ros.harness import DEADLINE, PATIENT, START_DEADLINE, RunningNode, wait_until
 
 from spiral_gripper_ros.client import (
     NoAnswerError,
@@ -29,14 +28,14 @@ from spiral_gripper_ros.control.states import Reason, State
 
 def test_a_node_that_was_killed_and_started_again_has_forgotten_the_wrap(namespace):
     parameters = {**PATIENT, "pressure.rate_up": 500.0}
-    with SpiralGripper(namespace, answer_timeout=PATIENCE) as gripper:
+    with SpiralGripper(namespace, answer_timeout=DEADLINE) as gripper:
         with RunningNode(namespace, parameters) as first:
             gripper.wait_until_active(START_DEADLINE)
-            assert gripper.wrap(RADIUS, timeout=600.0)
+            assert gripper.wrap(0.02, timeout=600.0)
             os.kill(first.process_id, signal.SIGSTOP)  # DDS would miss it after 20 s
             stopped = time.monotonic()
             with pytest.raises(NoAnswerError, match="nothing has been heard of it"):
-                gripper.wait(PATIENCE)
+                gripper.wait(DEADLINE)
             assert time.monotonic() - stopped < 2.0
             first.stop(signal.SIGKILL)
 
@@ -53,9 +52,9 @@ def test_a_node_that_was_killed_and_started_again_has_forgotten_the_wrap(namespa
 
 def test_it_works_inside_a_callback_of_another_node_and_leaves_its_context_alone(grip):
     node, seen = Node("someone_else"), []
-    node.create_timer(0.01, lambda: seen.append(grip.plan(RADIUS).success))
+    node.create_timer(0.01, lambda: seen.append(grip.plan(0.02).success))
     with SpiralGripper("nowhere"):
-        wait_until(lambda: rclpy.spin_once(node, timeout_sec=PATIENCE) or seen)
+        wait_until(lambda: rclpy.spin_once(node, timeout_sec=DEADLINE) or seen)
     node.destroy_node()
     assert seen[0] is rclpy.ok() is True
 
@@ -69,11 +68,11 @@ def test_ctrl_c_never_strikes_in_the_midst_of_rclpy(slow, active, monkeypatch):
             signal.raise_signal(signal.SIGINT)
         return spin_once(*arguments)
 
-    slow.wrap(RADIUS)
+    slow.wrap(0.02)
     with monkeypatch.context() as patch:
         patch.setattr(SingleThreadedExecutor, "spin_once", strike)
         with pytest.raises(KeyboardInterrupt) as caught:
-            slow.wait(PATIENCE)
+            slow.wait(DEADLINE)
     assert strike.__name__ not in [frame.name for frame in traceback.extract_tb(caught.tb)]
     slow.release()
     assert active.wait_for_state(State.RELEASED)
@@ -110,6 +109,6 @@ def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(active):
         assert process.stdout.readline() == "True\n"
         assert active.wait_for_state(State.GRASPING)
         process.send_signal(signal.SIGINT)
-        errors = process.communicate(timeout=PATIENCE)[1]
+        errors = process.communicate(timeout=DEADLINE)[1]
     assert errors.splitlines()[-1] == "KeyboardInterrupt"
     assert active.wait_for_state(State.RELEASED, Reason.RELEASED)

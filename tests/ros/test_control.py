@@ -99,6 +99,19 @@ RELEASED GRASP_CANCELED GRASP_CANCELED 0 no: limit grasp_abort_policy=AbortPolic
   grasp abort_policy=AbortPolicy.VENT; run 0.2; cancel
 RELEASED CLIENT_LOST SUCCEEDED 0 no: hold; run 5; limit keep_alive_timeout=0.5; run 0.6
 FAULT PRESSURE_LOW PRESSURE_LOW 0 no: vents; keeps; run 0.2; leaks; run 2
+HOLDING RADIUS_JUMP - 5e4 held: track; run 0.02 0.03
+RELEASED RELEASED - 0 no: track; call release; track
+TRACKING NONE - 5e4 held: track; call release; call rearm; track
+RELEASED RECONFIGURED RECONFIGURED 0 no: grasp; run 0.2; call release reconfigured
+INACTIVE NOT_ACTIVE NOT_ACTIVE 0 no: grasp; run 0.2; call deactivate
+RELEASED RELEASED RELEASED 0 no: grasp; run 0.2; call release
+GRASPING NONE SUCCEEDED 3e4 no: call release; grasp none pressure=3e4; run 2
+GRASPING NONE SUCCEEDED 5.1e4 held: track; grasp none overpressure=1e3; run 2
+RELEASED PRESSURE_HIGH PRESSURE_HIGH 0 no: grasp; run 0.2; breaks fault=RegulatorFault.ABSOLUTE;
+  run 1
+RELEASED RELEASED SUCCEEDED,PRESSURE_HIGH 0 no: hold;
+  breaks fault=RegulatorFault.STUCK pressure=4e4; open 2; run 2.2
+RELEASED RELEASED SUCCEEDED,PRESSURE_LOST 0 no: hold; unmeasured; open 2; run 2.2
 RELEASED PRESSURE_LOW SUCCEEDED 0 no: hold; hang; run 1
 RELEASED PRESSURE_LOW SUCCEEDED 0 no: hold; unmeasured; run 1;
   breaks fault=RegulatorFault.STUCK pressure=0; run 1
@@ -300,7 +313,7 @@ def test_silence_vents_but_a_stall_is_no_silence_of_what_has_come_meanwhile(benc
     def speak():
         bench.radius(0.02)
         bench.control.keep_alive(bench.now)
-        bench.control.hear_gravity(bench.now)
+        bench.hear()
 
     for _ in range(100):
         speak()
@@ -314,8 +327,7 @@ def test_silence_vents_but_a_stall_is_no_silence_of_what_has_come_meanwhile(benc
 
 
 def test_gravity_grows_stale_and_is_reported(bench):
-    bench.follow("limit gravity_timeout=2; track")
-    bench.control.hear_gravity(bench.now, age=0.5)
+    bench.follow("limit gravity_timeout=2; track; hear 0.5")
     bench.follow("call deactivate; leap 1; call activate; run 0.02")
     assert bench.seen.gravity_age == pytest.approx(1.5, abs=2.0 * TICK)  # as old as it is
     assert bench.seen.gravity_fault.reason is Reason.NONE

@@ -1,21 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node's interfaces are those on record: clients depend on them.
+"""Interfaces and parameters are those on record (see records.py): clients depend on them."""
 
-A change on purpose is recorded by RECORD_INTERFACES=1 pytest tests/ros/test_interfaces.py, and told
-in CHANGELOG.md.
-"""
-
-import os
 import re
 from pathlib import Path
 
+import pytest
 from rclpy.action import get_action_server_names_and_types_by_node
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import LivelinessPolicy
-from ros.harness import NODE
+from ros.records import agrees
 
-from spiral_gripper_ros.parameters.table import PARAMETERS
+from spiral_gripper_ros.node.main import main as of_node
+from spiral_gripper_ros.parameters.table import GripperParameters
+from spiral_gripper_ros.regulators.main import main as of_adapter
+from spiral_gripper_ros.regulators.parameters import RegulatorParameters
+from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
+from spiral_gripper_ros.simulation.main import main as of_simulator
+from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
+from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
+from spiral_gripper_ros.simulation.simulator import Simulator
 
-RECORD = Path(__file__).with_name("interfaces.txt")
 MESSAGES = Path(__file__).parents[2] / "spiral_gripper_msgs"
 # Those of rclpy itself, and of control_msgs, which is there or not.
 NOT_OURS = re.compile(r"rcl_interfaces|lifecycle_msgs|type_description|control_msgs|rosgraph_msgs")
@@ -41,10 +45,12 @@ def found_of(node):
         f"depth {end.qos_profile.depth}"
         for what, end in ends
     ]
-    services = [(one.srv_name, full(one.srv_type, "srv")) for one in node.services]
-    lines += [f"serves {name} {kind}" for name, kind in services]
+    lines += [
+        f"serves {one.srv_name} {full(one.srv_type, 'srv')} depth {one.qos_profile.depth}"
+        for one in node.services
+    ]
     home = node.get_namespace()
-    actions = get_action_server_names_and_types_by_node(node, NODE, home)
+    actions = get_action_server_names_and_types_by_node(node, node.get_name(), home)
     lines += [f"acts {name} {kind}" for name, (kind,) in actions]
     own = [line for line in lines if not NOT_OURS.search(line) and "/_action/" not in line]
     return sorted(line.replace(f"{home}/", "") for line in own)
@@ -58,21 +64,37 @@ def definitions():
         yield "\n".join([f"{path.parent.name}/{path.name}", *(f"  {x}" for x in lines if x)])
 
 
-def parameters_of(node):
+def parameters_of(node, specs):
     """Return a line for each parameter, with what it may be as the node declares it."""
-    for spec in PARAMETERS:
+    for spec in specs:
         found = node.describe_parameter(spec.name)
-        assert found.description == spec.description
         spans = [*found.floating_point_range, *found.integer_range]
         spans = [f"{one.from_value:g} to {one.to_value:g}" for one in spans]
         words = ["parameter", spec.name, type(spec.default).__name__, repr(spec.default), *spans]
-        yield " ".join(
-            [*words, found.additional_constraints, "read-only" * found.read_only]
-        ).strip()
+        words += [found.additional_constraints, "read-only" * found.read_only, found.description]
+        yield " ".join(filter(None, words))
 
 
-def test_the_interfaces_are_those_on_record(node):
-    found = "\n".join([*found_of(node), *parameters_of(node), "", *definitions(), ""])
-    if os.environ.get("RECORD_INTERFACES"):
-        RECORD.write_text(found, encoding="utf-8")
-    assert found == RECORD.read_text(encoding="utf-8")
+KINDS = GripperParameters, RegulatorParameters, SimulatedRegulatorParameters, RadiusParameters
+
+
+@pytest.mark.parametrize(
+    ("main", "kinds"), [(of_node, KINDS[:1]), (of_adapter, KINDS[1:2]), (of_simulator, KINDS[2:])]
+)
+def test_help_names_every_parameter_and_starts_no_node(main, kinds, capsys):
+    assert main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("usage: spiral_gripper_")
+    specs = [spec for kind in kinds for spec in kind.specs()]
+    assert all(f"\n  {spec.name} (" in said and spec.span in said for spec in specs)
+
+
+def test_interfaces_and_parameters_are_those_on_record(node, namespace):
+    others = Simulator(SingleThreadedExecutor(), namespace=namespace).nodes
+    nodes = node, RegulatorNode(namespace=namespace), *others
+    lines = []
+    for one, kind in zip(nodes, KINDS, strict=True):
+        lines += [one.get_name(), *found_of(one), *parameters_of(one, kind.specs())]
+    agrees("interfaces", "\n".join([*lines, "", *definitions(), ""]))
+    for one in nodes[1:]:
+        one.destroy_node()

@@ -6,16 +6,15 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 from ros.control_bench import snapshot
+from ros.records import agrees
 from std_msgs.msg import Header
 
 import spiral_gripper_msgs.msg as messages
 from spiral_core import WrapRegime
 from spiral_core.errors import SpiralError
 from spiral_gripper_msgs.msg import GripStatus
-from spiral_gripper_ros.control.snapshot import MeasuredPressure
-from spiral_gripper_ros.control.states import Reason, Refusal, State
+from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
 from spiral_gripper_ros.messages.conversions import (
     REGIMES,
     backbone_to_msg,
@@ -24,13 +23,12 @@ from spiral_gripper_ros.messages.conversions import (
     vector_from_msg,
     wrap_to_msg,
 )
-from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL, Health, diagnostics_to_msg
+from spiral_gripper_ros.messages.diagnostics import Health, diagnostics_to_msg
 from spiral_gripper_ros.planning.object_pose import rotated
 from spiral_gripper_ros.planning.planner import NoPlanner
 
 INTERFACES = Path(__file__).parents[2] / "spiral_gripper_msgs"
 FILES = sorted(str(p.relative_to(INTERFACES)) for p in INTERFACES.glob("*/*.[ams][csr][tgv]*"))
-LEAK = Refusal(Reason.PRESSURE_LOW, "a leak")
 
 
 def definition(name):
@@ -71,49 +69,13 @@ def test_the_backbone_has_the_ends_and_the_frames_of_the_shape(planner):
         assert tangent == pytest.approx(state.tangents[index], abs=1e-12)
 
 
-def loaded(planner, regime=None):
-    """Return what a loaded gripper tells."""
-    return SimpleNamespace(
-        shown_regime=lambda _: regime, planner=planner, is_regime_from_contact=True
-    )
-
-
 def test_nothing_known_is_all_finite_and_empty():
-    nothing = loaded(NoPlanner((9.8, 0.0, 0.0), SpiralError("nothing")))
-    told = snapshot(State.WAITING), nothing
+    planner = NoPlanner((9.8, 0.0, 0.0), SpiralError("nothing"))
+    own = {"shown_regime": lambda _: None, "planner": planner, "is_regime_from_contact": True}
+    told = snapshot(State.WAITING), SimpleNamespace(**own)
     assert status_to_msg(*told, Header()) == GripStatus(state=State.WAITING)
     wrap = wrap_to_msg(*told, 1.0e5, None, Header())
     assert wrap == messages.Wrap(regime_from_contact=True)
-
-
-def test_a_status_carries_the_snapshot_and_the_wrap_its_plan(planner):
-    plan, gripper = planner.plan(0.02), loaded(planner, WrapRegime.OVERHANG)
-    target = plan.pressure + 5.0e3
-    told = {"pressure_target": target, "pressure_command": 1.0e4, "wrapped": True}
-    known = {"radius": 0.02, "plan": plan, "measured": MeasuredPressure(4.0e4, 0.05)}
-    jumped = Refusal(Reason.RADIUS_JUMP, "jumped")
-    seen = snapshot(State.HOLDING, jumped, pressure_fault=LEAK, **known, **told)
-    assert status_to_msg(seen, gripper, Header(frame_id="base")) == GripStatus(
-        header=Header(frame_id="base"),
-        state=State.HOLDING,
-        reason=Reason.RADIUS_JUMP,
-        reason_text="jumped",
-        fault=Reason.PRESSURE_LOW,
-        fault_text="a leak",
-        object_radius=[0.02],
-        measured_pressure=[4.0e4],
-        regime=GripStatus.REGIME_OVERHANG,
-        **told,
-    )
-    wrap = wrap_to_msg(seen, gripper, 1.0e5, None, Header())
-    (figures,), (lowest, highest) = wrap.plan, wrap.radius_range
-    assert figures.object_radius == 0.02
-    assert figures.pressure == target
-    assert figures.overpressure == pytest.approx(5.0e3)
-    assert figures.pressure_margin == 1.0e5 - target
-    assert figures.line_force == plan.line_force(target)
-    assert figures.turns_margin == pytest.approx(figures.turns - planner.gripper.turns_required)
-    assert list(figures.radius_margin) == [min(0.02 - lowest, highest - 0.02)]
 
 
 def diagnosed(state, clock_stands_still=False, **fields):
@@ -121,26 +83,12 @@ def diagnosed(state, clock_stands_still=False, **fields):
     return diagnostics_to_msg(health, snapshot(state, **fields), Header().stamp).status[0]
 
 
-WARNINGS = {State.HOLDING, State.RAMPING_DOWN, State.VENTED, State.TAKEN_OVER}
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
-
-
-@pytest.mark.parametrize("state", State)
-def test_the_diagnostics_have_the_level_of_the_worst_and_what_is_measured(state):
-    level = ERROR if state is State.FAULT else WARN if state in WARNINGS else OK
-    assert diagnosed(state).level == level
-    still = diagnosed(state, clock_stands_still=True)
-    assert still.level == max(level, WARN)
-    assert still.message == f"{state.name.lower().replace('_', ' ')}; {CLOCK_STANDS_STILL}"
-    measured = MeasuredPressure(6.0e4, 0.125)
-    worse = diagnosed(state, True, measured=measured, pressure_fault=LEAK, wrapped=True)
-    assert worse.level == ERROR
-    assert worse.message.endswith(f"a leak; {CLOCK_STANDS_STILL}")
-    assert {pair.key: pair.value for pair in worse.values}.items() >= {
-        "grasping": str(state is State.GRASPING),
-        "wrapped": "True",
-        "measured_pressure [Pa]": "60000",
-        "measured_pressure age [s]": "0.125",
-        "pressure fault": "PRESSURE_LOW",
-        "internal errors": "3",
-    }.items()
+def test_the_diagnostics_of_every_state_are_those_on_record():
+    found = [
+        f"{one.level[0]} {one.message}"
+        for state in State
+        for still in (False, True)
+        for fault in (NOT_REFUSED, Refusal(Reason.PRESSURE_LOW, "a leak"))
+        for one in [diagnosed(state, still, pressure_fault=fault)]
+    ]
+    agrees("diagnostics", "\n".join(found))

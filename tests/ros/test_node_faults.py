@@ -126,7 +126,7 @@ BREAKS = (
 )
 
 
-@pytest.mark.usefixtures("told")
+@pytest.mark.usefixtures("wrapped")
 @pytest.mark.parametrize("part", BREAKS.split())
 def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(
     node, part, monkeypatch, capfd
@@ -223,7 +223,9 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace,
     assert node.start()
     client.spinner.add_node(node)
     goals = Goals(client)
+    assert not node.goals.end(client.spinner)
     started(goals.grasp(0.02, timeout=[600.0]))
+    assert node.goals.end(client.spinner)
     client.spinner.remove_node(node)
     node.destroy_node()
     client.spin(0.1)

@@ -38,7 +38,7 @@ def follow(node, wanted):
     return node.runtime.control.snapshot()
 
 
-@pytest.mark.usefixtures("told")
+@pytest.mark.usefixtures("wrapped")
 def test_what_the_node_dumps_loads_and_the_grip_is_kept(node):
     """As `ros2 param load` does: each value as YAML, read again, set by itself."""
     # A grip that is solved meanwhile would decide the pressure.
@@ -77,7 +77,7 @@ gripper . it is a folder
 """
 
 
-@pytest.mark.usefixtures("told")
+@pytest.mark.usefixtures("wrapped")
 def test_a_bad_value_is_refused_with_the_reason_and_changes_nothing(node, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe.yaml")  # which does not hold up the node

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from rcl_interfaces.srv import ListParameters
-from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode, tick
+from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
 
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.process.node_process import NODE
@@ -55,17 +55,6 @@ def test_a_command_without_any_arguments_starts(client):
     client.call(ListParameters, "/spiral_gripper/list_parameters")
     process.send_signal(signal.SIGINT)
     assert process.wait(DEADLINE) == 0
-
-
-def test_a_second_commander_is_noticed_whenever_it_comes(node, capfd):
-    sent, said = [], "2 nodes publish pressure_command"
-    node.runtime.outputs.publish_diagnostics = sent.append
-    for count, level in ((1, b"\0"), (2, b"\1"), (2, b"\1")):
-        node.count_publishers = {"pressure_command": count}.get
-        tick(node)
-        (told,) = sent[-1].status
-        assert (told.level, said in told.message) == (level, count == 2)
-    assert capfd.readouterr().err.count(said) == 1
 
 
 def test_the_node_uses_no_shared_memory_unless_it_is_told_to(client, namespace):

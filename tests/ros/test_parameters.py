@@ -4,10 +4,12 @@
 import math
 import re
 from dataclasses import fields
+from pathlib import Path
 
 import pytest
 from repo.source_tree import ROOT
 from ros.control_bench import rows
+from ros.records import agrees, told
 
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.limits import Limits
@@ -63,86 +65,53 @@ def test_every_limit_comes_from_the_parameter_of_its_name_has_its_default_and_it
 
 # --- what is given at start and nobody has ---------------------------------------------------
 
-
-def judge(*args, known=("pressure.cap", "gripper")):
-    return judge_given_parameters(args, [NODE], known)
-
-
-@pytest.fixture
-def judged(tmp_path):
-    """Judges the text of a file."""
-
-    def judge_text(text, **known):
-        path = tmp_path / "given.yaml"
-        path.write_text(text)
-        return judge("--ros-args", "--params-file", str(path), **known)
-
-    return judge_text
-
-
-KEYS = """
-0 /**
-0 /left/spiral_gripper
-0 /**/spiral_gripper
-0 /left/*
-0 /left/spiral_*
-0 left: {spiral_gripper
-1 spiral_gripper
-1 /left/other
-1 /*
-1 /left
+# Keys of a file and their parameters, then arguments: names for another node, unknown names, which
+# are warnings in a section for every node.
+FILES = """
+/**: {pressure.cap: 2.0e4, gripper: p1}
+/left/spiral_gripper: {pressure: {cap: 2.0e4}}
+/**/spiral_gripper: {pressure: {cap: 2.0e4}}
+/left/*: {pressure.cap: 2.0e4}
+/left/spiral_*: {pressure.cap: 2.0e4}
+spiral_gripper: {pressure.cap: 2.0e4}
+/left/other: {pressure.cap: 2.0e4}
+/*: {pressure.cap: 2.0e4}
+/left: {pressure.cap: 2.0e4}
+/**/left/spiral_gripper: {pressure: {cpa: 2.0e4}, gripper: p1}
+/**: {pressure: {cpa: 2.0e4}, gripper: p1}
+/**/spiral_gripper: {pressure: {cap: {deep: 1}}}
+/**: {pressure: {cap: {deep: 1}}}
 """
-
-
-@pytest.mark.parametrize("row", rows(KEYS))
-def test_a_file_for_another_node_is_an_error(judged, row):
-    count, key = row.split(" ", 1)
-    findings = judged(f"{key}: {{ros__parameters: {{pressure.cap: 2.0e4}}}}{'}' * ('{' in key)}")
-    assert (len(findings.errors), findings.warnings) == (int(count), [])
-    for error in findings.errors:
-        assert f"has no parameters for {NODE}, only for /{key.strip('/')}" in error
-        assert "/**/spiral_gripper" in error
-
-
-VALUES = """
-{pressure: {cap: 2.0e4}} -> none
-{pressure: {cpa: 2.0e4}, gripper: p1} -> pressure.cpa
-{pressure: {cap: {deep: 1}}} -> pressure.cap.deep
-"""
-
-
-@pytest.mark.parametrize("row", rows(VALUES))
-def test_a_foreign_name_is_an_error_or_in_a_section_for_every_node_a_warning(judged, row):
-    values, unknown = row.split(" -> ")
-    own, of_all = (judged(f"{key}: {{ros__parameters: {values}}}") for key in (f"/**{NODE}", "/**"))
-    assert own.warnings == of_all.errors == []
-    assert own.errors == of_all.warnings
-    assert len(own.errors) == (unknown != "none")
-    assert all(f"{unknown} is not" in one and "mean pressure.cap?" in one for one in own.errors)
-
-
-def test_the_file_on_the_page_has_names_of_the_node(judged):
-    page = (ROOT / "docs/node_parameters.md").read_text(encoding="utf-8")
-    (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    findings = judged(text, known=[spec.name for spec in PARAMETERS])
-    assert findings.errors == findings.warnings == []
-
-
-# Arguments, and how many errors they are.
 ARGUMENTS = """
-0 --ros-args
-0 --ros-args -p pressure.cap:=1.0 -p use_sim_time:=true
-0 --ros-args -p qos_overrides./x.publisher.depth:=1
-1 --ros-args -p camera:=1
-1 --ros-args --param spiral_gripper:camera:=1
-0 --ros-args -p other:camera:=1
-0 --ros-args -r a:=b -- -p camera:=2
-0 -p camera:=1
-1 --ros-args --params-file none.yaml
+--ros-args
+--ros-args -p pressure.cap:=1.0 -p use_sim_time:=true
+--ros-args -p qos_overrides./x.publisher.depth:=1
+--ros-args -p camera:=1
+--ros-args --param spiral_gripper:camera:=1
+--ros-args -p other:camera:=1
+--ros-args -r a:=b -- -p camera:=2
+-p camera:=1
+--ros-args --params-file none.yaml
 """
 
 
-@pytest.mark.parametrize("row", rows(ARGUMENTS))
-def test_names_on_the_command_line_are_judged_for_their_node(row):
-    count, *args = row.split()
-    assert len(judge(*args).errors) == int(count)
+def judge(*arguments, known=("pressure.cap", "gripper")):
+    return judge_given_parameters(arguments, [NODE], known)
+
+
+def test_what_is_given_at_start_is_judged_as_on_record(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    page = (ROOT / "docs/node_parameters.md").read_text(encoding="utf-8")
+    (shown,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    texts = [row.replace(": ", ": {ros__parameters: ", 1) + "}" for row in rows(FILES)]
+    texts.append("left: {spiral_gripper: {ros__parameters: {pressure.cap: 2.0e4}}}")
+    found, from_file = [], ("--ros-args", "--params-file", "given.yaml")
+    for text in texts:
+        Path("given.yaml").write_text(text)
+        found += [f"# {text}", told(judge(*from_file))]
+    for row in rows(ARGUMENTS):
+        found += [f"# {row}", told(judge(*row.split()))]
+    agrees("given", "\n".join(found))
+    Path("given.yaml").write_text(shown)
+    findings = judge(*from_file, known=[spec.name for spec in PARAMETERS])
+    assert findings.errors == findings.warnings == []

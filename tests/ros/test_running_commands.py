@@ -6,15 +6,21 @@ import re
 import shlex
 import signal
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 
 import pytest
+import yaml
 from ros.control_bench import rows
 from ros.programs import PROGRAM, rest_of, start
+from ros.records import agrees
+from std_msgs.msg import Float64, String
 
 from spiral_gripper.cli.main import run
 from spiral_gripper.cli.output import print_json
+from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.tools import commands
+from spiral_gripper_ros.tools.watcher import Watcher
 
 
 @pytest.fixture
@@ -99,6 +105,31 @@ def test_watch_shows_the_node_and_ends_in_time(active, ask):
             break
     assert "57.0" in said
     assert "tracking" in said
+
+
+# What is heard, as far as it is: nothing at first.
+HEARD = """
+- {}
+- status: {state: 2, object_radius: [0.02], wrapped: true, regime: 2}
+  pressure_command: {data: 5.7e+4}
+- pressure_command: {data: 5.8e+4}
+- {simulated/object_radius: {data: 0.021}, simulated/grip: {data: curling}}
+- {measured_pressure: {data: 4.0e+4}, status: {state: 3, reason: 5, reason_text: needs 61000 Pa}}
+- status: {state: 0, reason: 100, reason_text: not active, fault: 201, fault_text: a leak}
+- status: {state: 7, reason: 201, reason_text: a leak, fault: 201, fault_text: a leak}
+"""
+KINDS = {"status": GripStatus, "simulated/grip": String}
+
+
+def test_what_a_watcher_shows_is_that_on_record(namespace, monkeypatch, capsys):
+    with closing(Watcher(namespace)) as watcher:
+        heard, found = {}, []
+        monkeypatch.setattr(watcher, "newest", lambda topic, *_: heard.get(topic))
+        for number, messages in enumerate(yaml.safe_load(HEARD)):
+            heard |= {name: KINDS.get(name, Float64)(**of) for name, of in messages.items()}
+            watcher.show(number)
+            found.append(f"{capsys.readouterr().out}{watcher.ready}")
+    agrees("watched", "\n".join(found))
 
 
 @pytest.mark.parametrize("command", ["plan --radius 20mm", "grasp", "release", "status"])

@@ -1,23 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One list of scenarios, played on the control logic and on a live node: both end alike."""
+"""Scenarios, played on a live node, end as courses of the control logic do (test_control.py)."""
 
 import math
-from dataclasses import asdict
 
 import pytest
 import yaml
 from action_msgs.msg import GoalStatus
-from ros.control_bench import Bench, ending, rows
+from ros.control_bench import rows
 from ros.grasp_goals import Goals
 from ros.harness import all_finite
 
 from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_msgs.msg import GripStatus
-from spiral_gripper_ros.actions.grasp import GraspServer
-from spiral_gripper_ros.control.states import Reason, Refusal, State
-from spiral_gripper_ros.messages.conversions import vector_from_msg
+from spiral_gripper_ros.control.states import Reason, State
 
-# What a step of a scenario is for the node (a parameter, a regulator), for the logic, for both.
+# What a step of a scenario is: parameters, a regulator, a goal, or a method of Live.
 CHANGES = """
 patiently: {radius.timeout: 600.0, measured_pressure.timeout: 600.0, pressure.settle_time: 0.3,
   radius.rate_limit: 1.0e-4}  # a jump remains one however long it takes
@@ -35,25 +32,6 @@ REGULATORS = {
     "stuck": lambda command: 4.0e4,
     "silence": None,
 }
-LOGIC = """
-patiently: limit radius_timeout=600 measured_pressure_timeout=600 radius_rate_limit=1e-4; unmeasured
-impatiently: limit measured_pressure_timeout=0.5
-slowly: limit pressure_rate_up=500
-fast: limit pressure_rate_up=2e6
-faults vent: vents
-another gripper: call release reconfigured
-measured: sound; run 0.5
-a leak: leaks
-a burst: breaks fault=RegulatorFault.ABSOLUTE
-no number: breaks fault=RegulatorFault.NAN; run 0.5
-stuck: breaks fault=RegulatorFault.STUCK pressure=4e4; run 0.02
-silence: unmeasured
-wrap: run 1.5 0.02
-open: open 2
-release: call release
-rearm: call rearm
-deactivate: call deactivate
-"""
 GOALS = """
 grasp: {object_radius: 0.02}
 grasp another: {object_radius: 0.025}
@@ -70,7 +48,7 @@ grasp no payload: {object_radius: 0.02, payload: [-1.0]}
 grasp no mode: {mode: 3}
 grasp no policy: {object_radius: 0.02, abort_policy: 3}
 """
-CHANGES, LOGIC, GOALS = map(yaml.safe_load, (CHANGES, LOGIC, GOALS))
+CHANGES, GOALS = map(yaml.safe_load, (CHANGES, GOALS))
 # The steps -> state, reason, what is gripped (the fault that differs); how the first goal ends.
 SCENARIOS = """
 wrap -> TRACKING NONE wrapped
@@ -113,41 +91,6 @@ grasp no payload -> WAITING NO_RADIUS vented; INVALID_REQUEST
 grasp no mode -> WAITING NO_RADIUS vented; INVALID_REQUEST
 grasp no policy -> WAITING NO_RADIUS vented; INVALID_REQUEST
 """
-
-
-def told(seen, state, reason, fault, *ends):
-    """Return what a player tells, in the words of a scenario."""
-    grip = "vented" if seen.pressure_command == 0.0 else "wrapped" if seen.wrapped else "held"
-    grip = grip if seen.pressure_command == seen.pressure_target else "on its way"
-    known = (State(state).name, Reason(reason).name, grip, fault and Reason(fault).name)
-    return "; ".join([" ".join(filter(None, known)), *ends[:1]])
-
-
-class Logic(Bench):
-    """The control logic, whose time passes as fast as it is computed."""
-
-    def take(self, step):
-        if step in GOALS:
-            goal = GraspServer.goal(None, Grasp.Goal(**GOALS[step]))
-            if isinstance(goal, Refusal):
-                self.goals.append(goal)
-            else:
-                self.grasp(**asdict(goal))
-            self.run(0.2)
-        else:
-            self.follow(LOGIC.get(step, step.replace("radius", "run 0.02")))
-
-    def wait_until(self, condition):
-        for _ in range(500):
-            if condition():
-                break
-            self.tick()
-        self.run(0.2)
-
-    @property
-    def told(self):
-        seen, fault = self.seen, self.seen.pressure_fault.reason
-        return told(seen, self.state, self.reason, fault, *map(ending, self.goals))
 
 
 class Live:
@@ -198,9 +141,13 @@ class Live:
 
     @property
     def told(self):
-        status = self.client.status
-        ends = map(self.ending, self.goals[:1])
-        return told(status, status.state, status.reason, status.fault, *ends)
+        """State, reason, grip, fault and the end of the first goal, in the words of a scenario."""
+        seen = self.client.status
+        grip = "vented" if seen.pressure_command == 0.0 else "wrapped" if seen.wrapped else "held"
+        grip = grip if seen.pressure_command == seen.pressure_target else "on its way"
+        fault = [Reason(seen.fault).name] if seen.fault else []
+        words = State(seen.state).name, Reason(seen.reason).name, grip, *fault
+        return "; ".join([" ".join(words), *map(self.ending, self.goals[:1])])
 
 
 @pytest.fixture(scope="module")
@@ -211,16 +158,10 @@ def actions(shared):
         goals.close()
 
 
-@pytest.fixture(params=["logic", "live"])
-def player(request):
-    if request.param == "logic":
-        return Logic()
-    return Live(request.getfixturevalue("active"), *request.getfixturevalue("actions"))
-
-
 @pytest.mark.parametrize("scenario", rows(SCENARIOS))
-def test_the_logic_and_a_live_node_end_as_the_scenario_says(player, scenario):
+def test_a_live_node_ends_as_the_scenario_says(active, actions, scenario):
     steps, expected = scenario.split(" -> ")
+    player = Live(active, *actions)
     for step in ("patiently", *steps.split(", ")):
         if step.startswith("until "):
             player.wait_until(lambda state=step[6:]: player.told.startswith(state))
@@ -244,17 +185,3 @@ def test_a_goal_tells_its_way_and_its_figures(active, actions, curve):
     assert 3 <= len(feedback) <= 2 + result.elapsed / 0.1
     assert all_finite(*feedback)
     assert not goal.cancel()
-
-
-def test_the_measured_shape_is_that_at_the_measured_pressure(active, curve):
-    active.change("pressure.tolerance", 5.0e4)
-    active.regulator = REGULATORS["a leak"]
-    expected = curve.state_at_pressure(0.7 * active.wrap(0.02).pressure_command).tip_position
-
-    def is_told():
-        poses = active.measured_backbones[-1].poses if active.measured_backbones else None
-        # Changes up to 50 Pa keep the shape, which move the tip by 0.35 mm.
-        return poses and vector_from_msg(poses[-1].position) == pytest.approx(expected, abs=5e-4)
-
-    active.wait_until(is_told, "it")
-    assert active.status.regime == GripStatus.REGIME_OVERHANG

@@ -42,7 +42,6 @@ class Loop(Client):
                 and status.wrapped
                 and status.fault == Reason.NONE
                 and status.measured_pressure
-                and abs(status.measured_pressure[0] - status.pressure_command) < 10.0
                 and abs(self.truths[-1].data - status.pressure_command) < 10.0
             )
 

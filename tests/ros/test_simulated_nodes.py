@@ -4,12 +4,12 @@
 import math
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy
 from rclpy.time import ClockType, Time
+from ros.control_bench import Steps, rows
 from ros.harness import deliver, serve
 from ros.local_nodes import change, overhear, parameters
+from ros.records import agrees, told
 from std_msgs.msg import Float64
 
 from spiral_gripper_ros.simulation.simulated_gripper import SimulatedGripper
@@ -18,7 +18,7 @@ from spiral_gripper_ros.simulation.simulator import Simulator
 WRAP, RADIUS = 57.0e3, 0.02
 
 
-class Bench:
+class Bench(Steps):
     """A simulator in this process whose steps of 10 ms are the test's, and all that it tells."""
 
     def __init__(self, namespace, **values):
@@ -37,8 +37,11 @@ class Bench:
             (timer,) = self.regulator.timers
             timer.callback()
 
-    def last(self, topic):
-        return self.told[topic][-1].data
+    def set(self, node, **values):
+        change(getattr(self, node), **{name: value or "none" for name, value in values.items()})
+
+    def call(self, name):
+        assert serve(self.regulator, name, None).success
 
 
 @pytest.fixture(params=[True])
@@ -51,39 +54,40 @@ def bench(namespace, request):
         node.destroy_node()
 
 
-def test_the_truth_is_told_in_even_steps_of_its_clock(bench, gripper):
+# The last of each topic after each row is on record: parameters and faults act at once.
+SESSION = """
+run 0.1
+run 2.9
+set regulator real_time_factor=4; set radii radius=0.01 estimate_bias=0.005; run 2
+set radii profile=none; run 0.2
+set radii profile=constant estimate_noise=1e-4; set regulator pressure_noise=200; run 0.5
+call inject_leak; run 1
+call inject_stuck_valve; run 1
+call inject_lost_link; run 1
+call clear_fault; run 0.5
+"""
+
+
+def test_what_a_simulator_tells_in_a_session_is_that_on_record(bench):
+    found = []
+    del bench.told["simulated/backbone"]
+    for row in rows(SESSION):
+        bench.follow(row)
+        found += [f"# {row}", f"period {next(bench.regulator.timers).timer_period_ns}"]
+        for topic, messages in sorted(bench.told.items()):
+            found += [f"{topic}: {len(messages)}", *map(told, messages[-1:])]
+            messages.clear()
+    agrees("simulator", "\n".join(found).replace(bench.regulator.get_namespace(), ""))
+
+
+def test_the_shape_is_told_in_even_steps_of_the_clock(bench, gripper):
     bench.run(3.0)
-    assert bench.last("simulated/grip") == "perfect wrap"
-    assert bench.last("simulated/pressure") == pytest.approx(WRAP, abs=1.0)
-    shape = bench.told["simulated/backbone"][-1]
-    tip = shape.poses[-1].position
+    tip = bench.told["simulated/backbone"][-1].poses[-1].position
     expected = SimulatedGripper(gripper).shape(WRAP).tip_position
     # What is left of the way changes it by micrometers.
     assert (tip.x, tip.y, tip.z) == pytest.approx(expected, abs=1e-5)
-    stamps = [message.clock for message in bench.told["/clock"]]
-    times = [stamp.sec + 1e-9 * stamp.nanosec for stamp in stamps]
+    times = [1e-9 * Time.from_msg(one.clock).nanoseconds for one in bench.told["/clock"]]
     assert times == pytest.approx([0.01 * step for step in range(1, 301)])
-    assert shape.header.stamp in stamps
-    (commands,) = [s for s in bench.regulator.subscriptions if "pressure" in s.topic_name]
-    assert commands.qos_profile.durability is DurabilityPolicy.VOLATILE  # nothing latched
-
-
-def test_parameters_and_faults_act_at_once(bench):
-    change(bench.regulator, real_time_factor=4.0)
-    change(bench.radii, radius=0.01, estimate_bias=0.005)
-    bench.run(2.0)
-    assert [timer.timer_period_ns for timer in bench.regulator.timers] == [2_500_000]
-    assert bench.last("object_radius") == pytest.approx(0.015)
-    assert bench.last("simulated/object_radius") == 0.01
-    change(bench.radii, profile="none")
-    bench.told["object_radius"].clear()
-    bench.run(0.2)
-    assert bench.told["object_radius"] == []
-    assert bench.last("simulated/grip") == "no object"
-    assert serve(bench.regulator, "inject_leak", None).success
-    bench.run(2.0)
-    assert bench.last("measured_pressure") < 0.7 * WRAP
-    assert bench.told["/diagnostics"][-1].status[0].level == DiagnosticStatus.ERROR
 
 
 @pytest.mark.parametrize("bench", [False], indirect=True)

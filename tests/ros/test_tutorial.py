@@ -4,12 +4,11 @@
 import re
 import shlex
 import signal
-import time
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from ros.harness import DEADLINE
+from ros.harness import wait_until
 from ros.programs import PROGRAM, line_with, rest_of, start
 from ros.regulator_devices import LineDevice
 
@@ -53,10 +52,7 @@ def running(line):
 
 def wait_for(device, pressure, within=0.02):
     """Wait until a device has a pressure [Pa], within a fraction of it."""
-    deadline = time.monotonic() + DEADLINE
-    while device.pressure != pytest.approx(pressure, rel=within):
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_until(lambda: device.pressure == pytest.approx(pressure, rel=within))
 
 
 def test_the_simulated_gripper_plans_grasps_and_releases():

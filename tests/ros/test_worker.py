@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from ros.harness import design_request
+from ros.harness import design_request, wait_until
 
 from spiral_core import NotGrippableError
 from spiral_core.grip.curve import GripQuestion
@@ -52,10 +52,7 @@ def worker():
 
 
 def wait_for_the_end(process_id):
-    deadline = time.monotonic() + 30.0
-    while Path(f"/proc/{process_id}").exists():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
+    wait_until(lambda: not Path(f"/proc/{process_id}").exists())
 
 
 def end_soon(worker):
