@@ -17,7 +17,14 @@ from spiral_core.errors import InvalidInputError, NoCoilError, NotGrippableError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force, holding_forces
 from spiral_core.grip.places import not_held
 from spiral_core.grip.setup import Closing, GripSetup, friction_of, lay_into_coil
-from spiral_core.grip.window import GripPoint, GripWindow, Progress, WindowEnd, grip_window
+from spiral_core.grip.window import (
+    LOSS_MARGIN,
+    GripPoint,
+    GripWindow,
+    Progress,
+    WindowEnd,
+    grip_window,
+)
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.types import Array, Vector
 from spiral_core.rounding import rounded_down
@@ -27,8 +34,6 @@ from spiral_core.wrap.gripper import Gripper
 # Pressures at which forces are looked for, from a little below the wrap to the last that holds.
 FORCE_PRESSURES = 10
 BELOW_WRAP = 0.95
-# A recommended pressure keeps this fraction away from the loss of the grip.
-LOSS_MARGIN = 0.1
 # Payload is carried with this much force to spare, where nothing else is asked for.
 PAYLOAD_SAFETY = 2.0
 # Curling bounds the recommended pressures where they would then reach over this fraction of the
@@ -154,8 +159,9 @@ class Grip:
         bounds = [ends.get(window.end, (top, RangeEnd.LOOKED_AT))]
         if window.end is WindowEnd.LIMIT and top < self.setup.gripper.pressure_max:
             bounds = [(top, RangeEnd.LOOKED_AT)]
-        if window.loss is not None:
-            bounds.append(((1.0 - LOSS_MARGIN) * window.loss, RangeEnd.LOSS))
+        loss = window.loss or window.loss_above
+        if loss is not None:
+            bounds.append(((1.0 - LOSS_MARGIN) * loss, RangeEnd.LOSS))
         if window.lift_off is not None:
             bounds.append((window.lift_off, RangeEnd.LIFT_OFF))
         end, why = min(bounds, key=lambda bound: bound[0])

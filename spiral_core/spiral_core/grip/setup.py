@@ -52,7 +52,7 @@ class GripSetup:
         gripper: the gripper as it is mounted; its base is at the origin, the tube leaves along +x.
         obstacle: the object's shape at its place, with its coefficient of friction.
         closing: with friction, or without.
-        elements: of the rod; None takes enough for the object, at least 60.
+        elements: of the rod; None takes enough for the object, at least 90.
         tip_pressure: of the perfect wrap by the criterion at the free coil's tip [Pa], to compare;
             None where it is not known.
 
@@ -249,8 +249,11 @@ def friction_of(gripper: Gripper, friction: float | None) -> float:
 
 
 # An object that overlaps the freely hanging tube by up to this fraction of the tube's radius
-# pushes it aside; one that overlaps more lies in its way.
-PUSHED_ASIDE = 0.1
+# pushes it aside; one that overlaps more lies in its way. Nearer to the clamp than so many radii
+# the tube gives way with the cube of the distance only: at the clamp not at all.
+PUSHED_ASIDE, GIVES_WAY = 0.1, 10.0
+# Of each element so many places are looked at; what touches overlaps by rounding.
+PLACES, ROUNDING = 10, 1e-6
 
 
 def hanging_tube(setup: GripSetup) -> RodState:
@@ -264,17 +267,19 @@ def hanging_tube(setup: GripSetup) -> RodState:
         SolverError: it has no certified shape.
     """
     problem, count = setup.closing_problem(0.0), setup.element_count
-    radius = problem.rod.radius
-    at_base = float(distances(setup.obstacle, np.zeros((1, 3)), radius)[0][0])
-    if not at_base > -PUSHED_ASIDE * radius:  # whatever the length of the first element
-        raise _in_the_way(setup, at_base)
     state = solve_contact(problem, elements=count, throw=False)
-    if state.status is RodStatus.INSIDE_OBSTACLE:
+    radius, inside = problem.rod.radius, state.status is RodStatus.INSIDE_OBSTACLE
+    at_base = float(distances(setup.obstacle, np.zeros((1, 3)), radius)[0][0])
+    if inside or at_base < 0.0 or state.normal_forces.any():
         free = solve_contact(replace(problem, obstacles=()), elements=count)
-        gap = float(distances(setup.obstacle, free.positions[1:], radius)[0].min())
-        if not gap > -PUSHED_ASIDE * radius:
-            raise _in_the_way(setup, gap)
-        state = solve_contact(problem, start=free.positions, elements=count, throw=False)
+        at = np.linspace(0.0, problem.rod.length, PLACES * count + 1)
+        tube = np.stack([np.interp(at, free.arc_lengths, x) for x in free.positions.T], axis=1)
+        gaps = distances(setup.obstacle, tube, radius)[0]
+        near = np.minimum(1.0, (at / (GIVES_WAY * radius)) ** 3)
+        if (gaps < -radius * (PUSHED_ASIDE * near + ROUNDING)).any():
+            raise _in_the_way(setup, float(gaps.min()))
+        if inside:
+            state = solve_contact(problem, start=free.positions, elements=count, throw=False)
     if state.status is not RodStatus.CONVERGED:
         raise SolverError(state.status, state.residual, state.iterations)
     return state

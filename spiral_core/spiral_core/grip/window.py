@@ -314,6 +314,8 @@ STEPS_OF_LIMIT = 32
 # A tip that has not touched up to this many times the tip criterion's pressure never does: the coil
 # is then thinner than the object and lies beside it, or on one side of it.
 GIVE_UP = 1.6
+# A recommended pressure stays below the loss by this part of it.
+LOSS_MARGIN = 0.1
 # Pressures up to which the coil's fall is followed, as fractions of the loss.
 FALL_PRESSURES = (1.004, 1.01, 1.02)
 
@@ -351,6 +353,8 @@ class GripWindow:
         end: what ended the path.
         lift_off: lowest pressure above the wrap's onset at which the tip no longer touches, though
             nothing has snapped [Pa]; None if it does not. It may touch again further up.
+        loss_above: of a grip that holds up to the gripper's limit, the loss above that, where its
+            margin reaches below the limit [Pa]; None if there is none, or it was not looked for.
     """
 
     setup: GripSetup
@@ -360,6 +364,7 @@ class GripWindow:
     loss: float | None
     end: WindowEnd
     lift_off: float | None = None
+    loss_above: float | None = None
 
     def __repr__(self) -> str:
         wrap, curling, loss, tip = (
@@ -525,7 +530,22 @@ def grip_window(
             progress(count, len(stations))
         if until_wrapped and onset is not None:
             break
-    return GripWindow(setup, tuple(points), onset, curling, loss, end, lift_off)
+    above = None
+    if end is WindowEnd.LIMIT and onset is not None and pressures is None and not until_wrapped:
+        above = _loss_above(points[-1])
+    return GripWindow(setup, tuple(points), onset, curling, loss, end, lift_off, above)
+
+
+def _loss_above(point: GripPoint) -> float | None:
+    """Return the loss above the gripper's limit [Pa] whose margin reaches below that, if any."""
+    gripper = point.setup.gripper
+    highest = min(point.pressure / (1.0 - LOSS_MARGIN), gripper.actuation.pressure_limit)
+    if not (highest > point.pressure and point.is_wrapped):
+        return None
+    setup = replace(point.setup, gripper=replace(gripper, pressure_max=highest))
+    here = GripPoint(point.pressure, setup, point.state)
+    _, path = raised(here, highest, wrapped=True)
+    return lost_at(here, highest, path, wrapped=True)
 
 
 def nudged_windows(setup: GripSetup) -> tuple[GripWindow, GripWindow]:

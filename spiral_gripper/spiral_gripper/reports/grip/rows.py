@@ -284,6 +284,8 @@ def _lost(solved: SolvedGrip) -> str:
     """Return where the grip is lost."""
     window = solved.grip.window
     end = f"{_or_not(window.loss)} ({window.end.value})"
+    if window.loss_above is not None:
+        end = f"{shown(window.loss_above, 'Pa')}, above {window.end.value}"
     if window.loss is None and window.points[-1].regime is WrapRegime.OVERHANG:
         left = shown(window.points[-1].contact_length, "m")
         return f"{end}; without a snap, {left} still in contact at {shown(window.top, 'Pa')}"
