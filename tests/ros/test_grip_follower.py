@@ -129,4 +129,5 @@ def test_a_defect_is_raised_once_and_not_asked_for_again_but_what_was_killed_is(
     grips.settle(0.03)
     grips.job.set_exception(refusal)
     assert [grips.look(0.03) for _ in range(2)] == [True, False]
-    assert grips.follower.found(InUse(0.03)) is refusal
+    assert grips.follower.found(InUse(0.03), DOWN) is refusal
+    assert grips.follower.found(InUse(0.03), (0.0, 0.0, 9.80665)) is None

@@ -43,6 +43,7 @@ NAMED = {
     "sideways": [Vector3(x=8.0)],
     "nowhere": [Vector3(x=math.nan)],
     "nothing": [Vector3()],
+    "own": [Vector3(x=9.80665)],
 }
 KINDS = {
     "object_radius_stamped": ObjectRadius,
@@ -231,6 +232,24 @@ TRACKING NONE 1.1 held 0: use curling=1.08; turn 9 2 3; wrap 0.02 0.4 ratio=nan
 TRACKING NONE 1.08 held 0: use curling=1.08; turn 9 2 3; wrap 0.02 0.4 ratio=nan; turn 9.8 0.5 0;
   wrap 0.02 0.2
 """
+
+
+def test_what_a_plan_states_of_the_nodes_own_changes_nothing(known):
+    """Gravity and friction; the loss counts where no force is known; another friction is told."""
+    for row in ("use lost=no", "use curling=1.08", "use loss=1.1", "use lost=yes"):
+        known.follow(row)
+        for above in (None, 8e3):
+            fields = {} if above is None else {"overpressure": above}
+            plain, *stated = (
+                known.plan(0.02, **fields, **more)
+                for more in ({}, {"gravity": "own"}, {"friction_coefficient": 0.3})
+            )
+            assert all(answer.message == plain.message for answer in stated)
+            assert plain.success is not (known.lost or (above and known.loss < 1.12))
+    known.follow("use lost=no loss=1.3")
+    other = known.plan(0.02, friction_coefficient=0.5)
+    assert other.success
+    assert "contact is not judged: compute_grip does that" in other.message
 
 
 @pytest.mark.parametrize("row", rows(COURSES))

@@ -67,7 +67,7 @@ class Display:
         snapshot, seen = runtime.control.snapshot(), runtime.seen_object()
         found, placement = None, loaded.placement(snapshot.plan)
         if snapshot.radius is not None:
-            found = loaded.grips.found(InUse(snapshot.radius, seen))
+            found = loaded.grips.found(InUse(snapshot.radius, seen), loaded.gravity)
         grip = found if isinstance(found, GripCurve) else None
         held = grip and grip.shapes
         if placement is not None and (seen or held):  # else where the wrap expects it

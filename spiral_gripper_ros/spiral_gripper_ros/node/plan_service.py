@@ -41,6 +41,8 @@ from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
 from spiral_gripper_ros.planning.worker import EndedError
 
+# Directions that differ by no more are one.
+SAME_AXIS = 1e-6
 UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"
 
 
@@ -152,13 +154,17 @@ class _Answers:
             if solved is None
             else solved.answer(pressure, at_pose=bool(asked.pose))
         )
-        if grip is not None and not pressure < grip.loss:
-            lost = beyond_loss(pressure, grip.loss)
+        loss = plan.loss if grip is None else grip.loss
+        if not pressure < loss:
+            lost = beyond_loss(pressure, loss)
             raise _RefusedError(lost.reason, lost.text)
         contact = None if grip is None else grip.contact_length
         margin = self._capture_margin(asked, pressure, plan)
-        judged = request.compute_grip or margin is not None or not asked.pose
-        missed = margin is not None and margin < 0.0
+        missed, unjudged = margin is not None and margin < 0.0, ""
+        if solved is None and margin is None and asked.pose:
+            unjudged = "; its pose is not judged: compute_grip does that"
+        elif grip is None and margin is None and plan.recommended is None:
+            unjudged = "; contact is not judged: compute_grip does that"
         placement = plan.placement
         if request.backbone:
             answer.backbone = backbone_to_msg(plan.wrap.state, context.points, context.header)
@@ -175,7 +181,7 @@ class _Answers:
             f"{above:.4g} Pa above the bare wrap; "
             f"the free coil is up to {placement.largest_gap:.3g} m off the object"
             f"{'; at its pose it may be missed' if missed else ''}"
-            f"{'' if judged else '; its pose is not judged: compute_grip does that'}",
+            f"{unjudged}",
         )
         return message
 
@@ -200,7 +206,8 @@ class _Answers:
         """Return the planner for the gravity and the object's axis."""
         present, gripper = self._context.planner, self._context.gripper
         gravity, axis = present.gravity, gripper.object_axis
-        if not self._request.gravity and not asked.axis:
+        is_own = self._is_own(asked)
+        if not self._request.gravity and is_own:
             return present
         if self._request.gravity:
             gravity = vector_from_msg(self._request.gravity[0])
@@ -209,10 +216,27 @@ class _Answers:
             raise _RefusedError(Reason.GRAVITY_INVALID, problem)
         if asked.axis:
             axis = require_direction("axis", vector_from_msg(asked.axis[0]))
-        key = (*gravity, *(axis or ()))
+        key = (is_own, *gravity, *(axis or ()))
         if key not in self._planners:
-            self._planners[key] = planner_for(gripper.with_mount(gravity, axis), gravity)
+            grips = getattr(present, "grips", None) if is_own else None
+            self._planners[key] = planner_for(gripper.with_mount(gravity, axis), gravity, grips)
         return self._planners[key]
+
+    def _is_own(self, asked: ObjectToWrap) -> bool:
+        """Return whether an object has the axis and the friction of the node's own grips."""
+        own = self._context.gripper
+        if asked.axis:
+            axis = require_direction("axis", vector_from_msg(asked.axis[0]))
+            if own.object_axis is None or math.dist(axis, own.object_axis) > SAME_AXIS:
+                return False
+        return self._friction(asked) == self._friction(ObjectToWrap())
+
+    def _friction(self, asked: ObjectToWrap) -> float:
+        """Return the coefficient that an object states, or the gripper's."""
+        friction, own = known(asked.friction_coefficient), self._context.gripper
+        if friction is None:
+            friction = own.friction_coefficient
+        return DEFAULT_FRICTION if friction is None else friction
 
     def _solved(self, asked: ObjectToWrap, plan: WrapPlan) -> GripCurve:
         """Return the grip on exactly this object, in seconds."""
@@ -224,8 +248,8 @@ class _Answers:
     def _known_grip(
         self, asked: ObjectToWrap, pressure: float, plan: WrapPlan
     ) -> GripAnswer | None:
-        """Return what is known of the grip, for the node's own mount and friction."""
-        if self._request.gravity or asked.axis or asked.friction_coefficient:
+        """Return what is known of the grip, for the node's own axis and friction."""
+        if not self._is_own(asked):
             return None
         return self._context.known_grip(plan, asked.radius, None, pressure)
 
@@ -233,10 +257,7 @@ class _Answers:
         """Return how far inside of a known region of capture the object is, if it is seen."""
         if not asked.pose:
             return None
-        line, friction = line_from_msg(asked.pose[0]), known(asked.friction_coefficient)
-        if friction is None:
-            own = plan.gripper.friction_coefficient
-            friction = DEFAULT_FRICTION if own is None else own
+        line, friction = line_from_msg(asked.pose[0]), self._friction(asked)
         closing = pressure, asked.radius, plan.gripper.gravity, friction, known(asked.payload)
         return capture_margin(self._context.regions, *line, closing)
 

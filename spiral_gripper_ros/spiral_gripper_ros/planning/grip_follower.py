@@ -130,7 +130,7 @@ class GripFollower:
             tip_pressure: of its wrap by the tip criterion [Pa].
             pressure: gauge [Pa].
         """
-        found, table = self.found(in_use), self.table(gravity)
+        found, table = self.found(in_use, gravity), self.table(gravity)
         if isinstance(found, GripCurve):
             return found.answer(pressure, at_pose=in_use.seen is not None)
         if table is None or in_use.seen is not None:
@@ -140,10 +140,12 @@ class GripFollower:
             return known
         return replace(known, settling=math.nan)
 
-    def found(self, in_use: InUse) -> GripCurve | SpiralError | None:
+    def found(self, in_use: InUse, gravity: Vector) -> GripCurve | SpiralError | None:
         """Return the grip that was computed for this very object, or why it has none, if known."""
         known = self._in_use
-        return None if known is None or not in_use.is_like(known[0]) else known[1]
+        if known is None or math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE:
+            return None
+        return known[1] if in_use.is_like(known[0]) else None
 
     def end(self) -> None:
         """Take back the question; another gripper or another life follows."""

@@ -193,7 +193,7 @@ class LoadedGripper:
         """
         in_use = None if radius is None else InUse(radius, seen)
         taken = self.grips.follow(now, self.gravity, rate, in_use, is_on=is_on)
-        found = None if in_use is None else self.grips.found(in_use)
+        found = None if in_use is None else self.grips.found(in_use, self.gravity)
         is_placed = isinstance(found, GripCurve) and seen is not None
         is_refused = isinstance(found, NotGrippableError)
         self._contact = found if is_placed or is_refused else None  # type: ignore[assignment]

@@ -91,7 +91,8 @@ class GripperPlanner:
             laid = self._fitted.wrap_for_radius(radius)
         window: tuple[float, ...] | None = None
         if self.grips is not None:
-            found, table = self.grips.found(InUse(radius)), self.grips.table(self.gravity)
+            found = self.grips.found(InUse(radius), self.gravity)
+            table = self.grips.table(self.gravity)
             if isinstance(found, NotGrippableError) and not by_tip:
                 raise found
             is_solved = by_tip or isinstance(found, GripCurve)
