@@ -530,6 +530,7 @@ def settling_after_ramp(
         SolverError: the tube has no certified shape at this pressure.
     """
     require_positive("rate", rate)
+    require_in_range("pressure", pressure, 0.0, gripper.pressure_max, "Pa")
     count = FREE_ELEMENTS if grip is None else len(grip.state.positions) - 1
     states = [_free(gripper, 0.0, count)]
     for station in np.linspace(0.0, pressure, STATIONS)[1:]:

@@ -306,6 +306,12 @@ def located(
     return high.pressure
 
 
+UNCURL = Mark(
+    lambda point: point.is_wrapped and not point.is_curled,
+    lambda point: point.largest_gap - CURL_GAP * point.outer_radius,
+)
+
+
 # Where the pressure stops on its way, as fractions of the tip criterion's; without one, and above
 # the last of them, even steps.
 BEFORE_WRAP = (0.3, 0.6, 0.75, 0.85, 0.9, 0.94)
@@ -345,8 +351,8 @@ class GripWindow:
         onset_wrap: lowest pressure at which the tip touches the object, and more than a tenth of
             the tube with it: the perfect wrap [Pa]; None if there is none.
         onset_curling: pressure above it at which the end bridges more than a tenth of the tube's
-            outer radius [Pa]; None if it does not. Where it does from the onset on, and the tip
-            lifts off and touches again further up, the window is the one that begins there.
+            outer radius [Pa]; None if it does not. Where it does from the onset on, and no longer
+            further up, or the tip lifts off and touches again, the window begins there.
         loss: lowest pressure at which the wrapped coil has no stable shape next to the one it has
             and snaps: as a rule its end lets go [Pa]; None if it does not. :func:`follow_loss` has
             what remains.
@@ -513,11 +519,12 @@ def grip_window(
         curled_only = (
             onset is not None
             and curling is not None
-            and lift_off is not None
             and curling <= (1.0 + PRESSURE_TOLERANCE) * onset
         )
-        if point.is_wrapped and (onset is None or curled_only):
-            onset, curling, lift_off = located(here, point, WRAP), None, None
+        again = curled_only and (lift_off is not None or not point.is_curled)
+        if point.is_wrapped and (onset is None or again):
+            mark = UNCURL if again and lift_off is None else WRAP
+            onset, curling, lift_off = located(here, point, mark), None, None
         if onset is not None and curling is None and point.is_curled:
             curling = max(onset, located(here, point, CURL))
         if onset is not None and lift_off is None and not point.is_wrapped:
