@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a calibration says about itself: identifiability, choice of law, leave-one-out, units."""
 
-import re
 from dataclasses import replace
+from functools import partial
 from math import pi
 
 import numpy as np
@@ -18,6 +18,7 @@ from core.calibration_cases import (
     spiral,
     twists,
 )
+from core.recorded import recorded, said
 from numpy.linalg import norm
 from numpy.testing import assert_allclose
 
@@ -47,48 +48,44 @@ def test_constants_of_a_spiral_cannot_be_told_apart():
     columns = fit.jacobian / norm(fit.jacobian, axis=0)
     assert_allclose(weak.condition, np.linalg.cond(columns), 1e-6)
     assert weak.condition > CONDITION_MAX
-    assert re.match("c1 and c2 cannot be told apart.*farther from 90 degrees", str(weak))
+    recorded("calibration/weak", [str(weak), fit])
     # Their sum is well known all the same: the modulus is six times it.
     assert fit.covariance.sum() ** 0.5 < 0.1 * fit.standard_errors.min()
     assert weak_directions(fitted(TRUTH, noisy(TRUTH))) == ()
 
 
-def test_readings_that_tell_too_little_are_refused():
-    with refused("bending_stiffness.*only a shape that gravity bends depends on EI and GJ"):
-        fitted(TRUTH, noisy(TRUTH), quantities=(FittedQuantity.BENDING_STIFFNESS,))
+def test_what_readings_can_be_fitted_to_is_recorded():
+    """Not if they tell too little, go the wrong way, or are far apart at one pressure."""
+    coil, readings = spiral(LAWS[0]), noisy(TRUTH)
+    asked = [(TRUTH, readings, {"quantities": (FittedQuantity.BENDING_STIFFNESS,)})]
     for law, pressures in ((LAWS[0], [0.0]), (LAWS[1], [0.0, 4.0e4])):
-        truth, repeats = actuator(law), 3 * pressures
-        with refused("different pressures above 0 at least"):
-            fitted(truth, extensions(truth, repeats))
-        fitted(truth, extensions(truth, [*repeats, 6.0e4]))
-
-
-def test_readings_that_go_the_wrong_way_are_refused():
+        truth = actuator(law)
+        asked += [(truth, extensions(truth, 3 * pressures + more), {}) for more in ([], [6.0e4])]
     for quantity, measure in [("extension", noisy), ("twist", twists), ("bend_angle", bends)]:
-        truth = spiral(LAWS[0])
-        right = measure(truth, pressures=PRESSURES)
+        right = measure(coil, pressures=PRESSURES)
         wrong = [replace(r, **{quantity: -getattr(r, quantity)}) for r in right]
         one = [*right[:4], wrong[4], *right[5:]]
-        for readings in (wrong, one):
-            with refused(f"^{quantity}.*check the sign"):
-                fitted(truth, readings)
-        assert fitted(truth, one, robust=True).excluded == (4,)
         # Noise about zero may go either way; one reading far below it may not.
-        fitted(
-            truth, [*right, *(replace(r, **{quantity: -0.1 * r.error}, error=10.0) for r in right)]
-        )
-
-
-def test_readings_at_one_pressure_that_are_far_apart_are_refused():
-    readings = noisy(TRUTH)
-    near, far = (
-        [*readings, replace(readings[5], extension=readings[5].extension + apart)]
-        for apart in (2.0e-3, 3.5e-3)
+        near = [replace(r, **{quantity: -0.1 * r.error}, error=10.0) for r in right]
+        asked += [(coil, each, {}) for each in (wrong, one, [*right, *near])]
+        asked.append((coil, one, {"robust": True}))
+    for apart in (2.0e-3, 3.5e-3):
+        more = [*readings, replace(readings[5], extension=readings[5].extension + apart)]
+        asked += [(TRUTH, more, {"robust": robust}) for robust in (False, True)]
+    found = {}
+    for k, (truth, given, choices) in enumerate(asked):
+        fit = said(partial(fitted, truth, given, **choices))
+        found[f"{k}"] = fit if isinstance(fit, str) else f"without {fit.excluded}: {fit.outliers}"
+    # Softens, and then a point that only the full set reaches.
+    soft = [
+        ExtensionReading(p * 1e3, e * 1e-3, 0.1, 1e-4)
+        for p, e in ((20.0, 4.0), (40.0, 10.0), (50.0, 15.0), (55.0, 20.0), (90.0, 40.0))
+    ]
+    fits = (
+        fitted(actuator(Yeoh(130.0e3, 0.0, 0.0)), soft, fixed={"c3": 0.0}),
+        fitted(TRUTH, extensions(TRUTH, [2.0e4] * 3)),
     )
-    fitted(TRUTH, near)
-    with refused("at one pressure they are"):
-        fitted(TRUTH, far)
-    assert 12 in fitted(TRUTH, far, robust=True).outliers
+    recorded("calibration/refused", found | {"one out": [said(leave_one_out, fit) for fit in fits]})
 
 
 def test_readings_that_chance_does_not_explain_are_named():
@@ -130,6 +127,12 @@ def test_chance_alone_names_readings_in_one_of_a_hundred_tests():
         bool(outliers(noise.standard_normal(12), jacobian, owners, trust_stated=trust))
         for trust in [False, True] * 200
     )
+    wild = [
+        outliers(size * noise.standard_t(2.0, 12), jacobian, owners, trust_stated=trust)
+        for size in (0.1, 1.0, 5.0)
+        for trust in [False, True] * 9
+    ]
+    recorded("calibration/outliers", " ".join(map(str, wild)))
     assert named <= 16  # 2 % of 400 (either test may err), + 3 standard deviations
 
 
@@ -159,8 +162,8 @@ def test_intervals_are_those_of_least_squares_and_of_what_was_stated():
 def test_exactly_met_readings_are_as_uncertain_as_stated():
     fit = fitted(TRUTH, extensions(TRUTH, [0.0, *PRESSURES]))
     assert_allclose(np.ptp(fit.interval("c1")), 2.0 * 1.959964 / norm(fit.jacobian), 1e-5)
-    for said, *arguments in (("level", "c1", 0.0), ("level", "c1", 1.0), ("of c1", "c2")):
-        with refused(said):
+    for field, *arguments in (("level", "c1", 0.0), ("level", "c1", 1.0), ("of c1", "c2")):
+        with refused(field):
             fit.interval(*arguments)
 
 
@@ -182,17 +185,6 @@ def test_leaving_one_out_is_fitting_the_others():
         assert_allclose(told, np.sqrt(np.mean((misses / scale) ** 2)))
 
 
-def test_what_cannot_be_left_out_is_named():
-    readings = [  # softens, and then a point that only the full set reaches
-        ExtensionReading(p * 1e3, e * 1e-3, 0.1, 1e-4)
-        for p, e in ((20.0, 4.0), (40.0, 10.0), (50.0, 15.0), (55.0, 20.0), (90.0, 40.0))
-    ]
-    fit = fitted(actuator(Yeoh(130.0e3, 0.0, 0.0)), readings, fixed={"c3": 0.0})
-    assert leave_one_out(fit).not_predicted == (90.0e3,)
-    with refused("made at two pressures above 0"):
-        leave_one_out(fitted(TRUTH, extensions(TRUTH, [2.0e4] * 3)))
-
-
 def test_information_criteria_are_those_of_the_likelihood():
     fit = fitted(actuator(LAWS[1]), noisy(actuator(LAWS[1])))
     n, k = len(PRESSURES), 3
@@ -207,14 +199,11 @@ def test_information_criteria_are_those_of_the_likelihood():
 def test_the_law_behind_the_readings_is_chosen_and_of_too_few_the_simplest():
     for pressures, best in [(np.linspace(10e3, 130e3, 14), Gent), (PRESSURES[::3], NeoHookean)]:
         truth = actuator(LAWS[3])
-        readings = noisy(truth, 1, pressures)
+        readings, no = noisy(truth, 1, pressures), ("yeoh", SpiralError("no"))
         fits = [fitted(truth, readings, law=law) for law in (MooneyRivlin, NeoHookean, Gent)]
-        choice = choose_law([*fits, ("yeoh", SpiralError("no"))])
+        choice = choose_law([*fits, no])
         assert choice.best.model.fitted_law is best
-        assert choice.failures == (("yeoh", "no"),)
-        assert list(choice.weights) == sorted(choice.weights, reverse=True)
+        wrong = [*fits, fitted(truth, noisy(truth))], [no]
+        found = [choice.weights, choice.failures, *(said(choose_law, each) for each in wrong)]
+        recorded(f"calibration/{best.__name__}", found)
         assert_allclose(sum(choice.weights), 1.0)
-        with refused("same readings"):
-            choose_law([*fits, fitted(truth, noisy(truth))])
-        with refused("one successful fit"):
-            choose_law([("gent", SpiralError("no"))])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from core.calibration_cases import LAWS, PRESSURES, bends, extensions, fitted, refused, spiral
+from core.recorded import recorded
 from numpy.testing import assert_allclose
 
 from spiral_core import (
@@ -102,8 +103,12 @@ def test_the_interval_covers_what_the_readings_cannot_tell_apart():
         assert alone.interval == result.own_interval
 
 
-def test_what_cannot_be_answered_is_refused():
+def test_what_cannot_be_answered_is_refused_and_draws_that_fail_are_told():
     fit = measured(LAWS[0])
+    least = WrapCurve(fit.trial.gripper).radius_min
+    drawn = pressure_uncertainty_by_draws(fit, (1.001 * least, 0.02), seed=1, draws=40)
+    assert 0.0 == drawn[1].failed_draws < drawn[0].failed_draws
+    recorded("calibration/draws", [*drawn, *pressure_uncertainty(fit, (0.02,))])
     with pytest.raises(NotGrippableError):
         pressure_uncertainty(fit, (0.2,))
     with refused("holds the mounted gripper"):

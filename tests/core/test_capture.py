@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from core.gripper_cases import linear_gripper, paper_gripper
+from core.recorded import recorded
 from numpy.linalg import norm
 from numpy.testing import assert_allclose
 
@@ -80,47 +81,37 @@ def test_limits_outlines_and_margins_of_an_ellipsoid_are_its_own():
             assert 1.0 - 1.07 * part <= margin <= 1.0 - part
 
 
-def test_the_first_boundary_counts_and_a_component_may_have_no_room():
-    """Held again beyond a strip that is not; with no error of the radius at all."""
-
-    def rule(place):
-        strip = 0.004 < place[0] < 0.009
-        return CaptureOutcome.TOO_WEAK if strip or place[4] else CaptureOutcome.HOLDS
-
-    region = region_of(rule)
-    low, high = region.limits[0]
-    assert low == -region.reach[0]
-    assert 0.0038 <= high <= 0.004
-    beyond = (*(each.beyond for each in region.axes[0]), region.ball_beyond)
-    assert beyond == (CaptureOutcome.HOLDS, CaptureOutcome.TOO_WEAK, CaptureOutcome.TOO_WEAK)
-    assert not region.limits[4].any()
-    assert region.margin((0.0, 0.0, 0.0, 0.0, 1e-6)) < 0.0
+def strip(place):
+    """Hold again beyond a strip that is not held; with no error of the radius at all."""
+    off = 0.004 < place[0] < 0.009 or place[4]
+    return CaptureOutcome.TOO_WEAK if off else CaptureOutcome.HOLDS
 
 
-def test_the_ellipsoid_lies_within_both_outlines():
-    """A notch between the directions in which the ellipsoid is closed on directly."""
-
-    def rule(place):
-        notch = 0.3 < place[3] / max(place[2], 1e-9) < 0.5 and place[2] > 5.0 * DEGREE
-        return CaptureOutcome.TOO_WEAK if notch else CaptureOutcome.HOLDS
-
-    region = region_of(rule)
-    places = region.outline([each for each in region.tilts if each.beyond is not region.center])
-    assert -1.0 < max(region.margin(place) for place in places) <= 1e-12
-    assert region.ball_beyond is CaptureOutcome.TOO_WEAK
+def notch(place):
+    """Hold but between the directions in which the ellipsoid is closed on directly."""
+    off = 0.3 < place[3] / max(place[2], 1e-9) < 0.5 and place[2] > 5.0 * DEGREE
+    return CaptureOutcome.TOO_WEAK if off else CaptureOutcome.HOLDS
 
 
-def test_known_outcomes_are_not_asked_again():
-    """What is kept of one search is all that the next one needs."""
+def everywhere(_):
+    return CaptureOutcome.HOLDS
+
+
+@pytest.mark.parametrize("rule", [strip, notch, everywhere, inside(1)])
+def test_the_first_boundary_counts_and_the_ellipsoid_lies_within_both_outlines(rule):
+    """And what is kept of one search is all that the next one needs."""
     kept, seen = {}, []
     progress = lambda *step: seen.append(step)  # noqa: E731
-    one = region_of(inside(1), keep=kept.__setitem__, progress=progress)
-    assert one.closings == len(kept) == len(seen)
+    region = region_of(rule, keep=kept.__setitem__, progress=progress)
+    outlines = [region.outline(each) for each in (region.shifts, region.tilts)]
+    found = [[*region.limits], region.semi_axes, region.closings, region.ball_beyond, outlines]
+    recorded(f"capture/{rule.__name__}", found)
+    places = region.outline([each for each in region.tilts if each.beyond is not region.center])
+    assert max((region.margin(place) for place in places), default=0.0) <= 1e-12
+    assert region.closings == len(kept) == len(seen)
     assert all(done <= total for done, total in seen)
-    assert one.ball < 0.5  # the ellipsoid was looked for several times
-    other = region_of(None, known=kept)
-    assert (other.limits == one.limits).all()
-    assert other.ball == one.ball
+    again = region_of(None, known=kept)
+    assert ((again.limits == region.limits).all(), again.ball) == (True, region.ball)
 
 
 def ending(off=NOWHERE, payload=PAYLOAD, **options):

@@ -10,13 +10,13 @@ from itertools import islice
 import numpy as np
 import pytest
 from core.contact_cases import INNER, LENGTH, gripper
+from core.recorded import recorded, said
 
 from benchmarks.closings import random_closing
 from spiral_core import (
     Cylinder,
     GripSetup,
     InvalidInputError,
-    NotGrippableError,
     Obstacle,
     Orifice,
     PressureCourse,
@@ -109,6 +109,7 @@ def test_a_fast_closing_holds_less_than_a_slow_one():
         assert frame.state.gaps[pressed].max(initial=0.0) < 1e-7
     slow = holding_force(slow_closing(setup, pressure))
     assert fast.holding_force().force < 0.5 * slow.force
+    assert not fast.is_orderly()
     with pytest.raises(InvalidInputError, match="pressures"):
         close_on(setup, PressureCourse.ramp(1e4, 2.0 * setup.gripper.pressure_max, 1.0))
 
@@ -124,12 +125,6 @@ def test_an_object_where_only_the_straight_tube_would_run_is_closed_on():
     assert close_on(setup, PressureCourse.ramp(1e6, 0.4 * pressure, 0.05)).is_complete
 
 
-def test_an_object_in_the_way_of_the_hanging_tube_is_refused_by_name():
-    setup, _ = laid(-0.09, -0.01, -1.0, radius=0.0387)
-    with pytest.raises(NotGrippableError, match="runs through where the object lies"):
-        hanging_tube(setup)
-
-
 def test_a_grip_is_judged_where_the_tube_rests():
     setup, pressure = laid()
     moving = close_on(setup, PressureCourse.ramp(2e4, pressure, 0.02))
@@ -138,11 +133,14 @@ def test_a_grip_is_judged_where_the_tube_rests():
     assert moving.time_to_touch < moving.time_to_wrap < moving.course.duration
     assert rest.state.stable
     assert 1e-6 < np.abs(rest.state.positions - last.state.positions).max() < 0.02
-    assert moving.holding_force().force == pytest.approx(holding_force(rest).force)
+    held = moving.holding_force()
+    assert held.force == pytest.approx(holding_force(rest).force)
+    times = moving.time_to_touch, moving.time_to_wrap, moving.settling_time
+    recorded("closing/judged", [times, len(moving.frames), held.end, rest.regime])
     cut = replace(moving, frames=moving.frames[:-1])  # as after an interrupt
     assert cut.time_to_wrap is None
-    with pytest.raises(InvalidInputError, match="complete"):
-        closing_spread(cut)
+    in_the_way, _ = laid(-0.09, -0.01, -1.0, radius=0.0387)
+    recorded("closing/refused", [said(closing_spread, cut), said(hanging_tube, in_the_way)])
 
 
 @pytest.mark.slow

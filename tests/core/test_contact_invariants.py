@@ -22,6 +22,7 @@ from core.contact_paths import (
     agree,
     held,
 )
+from core.recorded import recorded
 from numpy.linalg import norm
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
@@ -67,6 +68,9 @@ def test_states_are_in_balance_and_keep_the_laws_of_contact(name):
 
     Recomputed, in the units of the residual, they are off by no more than it says.
     """
+    last = states(name)[-1]
+    found = last.tip_position, last.base_reaction, last.contact_forces, last.discretization_error
+    recorded(f"contact/{name}", [*found, last.self_clearance, last.lengths_within(5e-3)])
     for state, problem in zip(states(name), PATHS[name].stations, strict=True):
         rod, load, count = problem.rod, problem.load, len(state.positions) - 1
         assert state.stable

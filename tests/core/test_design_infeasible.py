@@ -9,6 +9,7 @@ from math import inf
 import numpy as np
 import pytest
 from core.design_cases import CATALOG, LATEX, PAPER_EXAMPLE, PAPER_TUBE, angles, answered
+from core.recorded import recorded
 from numpy.testing import assert_allclose
 
 from spiral_core import (
@@ -31,37 +32,41 @@ FREE = replace(
     PAPER_EXAMPLE, object_length=None, pressure_max=1.0e6, strain_max=None, length_max=None
 )
 TWO = replace(FREE, fiber_angles_beta=angles(70.0, 80.0))
-# What is wanted, what binds, what eases it, and whether the relaxation is the least that does.
+# What cannot be had, and whether the first relaxation is the least that does.
 INFEASIBLE = [
-    ({"radius_min": 2.0e-3, "strain_max": 0.2}, "STRAIN", "strain_max", True),
-    ({"radius_min": 2.0e-3, "pressure_max": 80.0e3}, "PRESSURE", "radius_min", False),
-    ({"radius_min": 2.0e-3, "fiber_angles_beta": (1.48,)}, "TURN_CLEARANCE", "radius_min", False),
+    ({"radius_min": 2.0e-3, "strain_max": 0.2}, "strain_max"),
+    ({"radius_min": 2.0e-3, "pressure_max": 80.0e3}, None),
+    ({"radius_min": 2.0e-3, "fiber_angles_beta": (1.48,)}, None),
+    ({"radius_max": 0.12, "fiber_angles_beta": angles(60.0)}, None),
+    ({"length_max": 0.3}, "length_max"),
+    ({"object_length": 0.06}, "object_length"),
+    ({"pressure_max": 50.0e3}, "pressure_max"),
+    # Rubber whose chains are fully extended before the coil is as narrow as the smallest object.
     (
-        {"radius_max": 0.12, "fiber_angles_beta": angles(60.0)},
-        *("LARGEST_RADIUS", "radius_max", False),
+        {
+            "elastomers": (replace(LATEX, law=Gent(290.0e3, 0.1)),),
+            "fiber_angles_beta": angles(70.0),
+        },
+        None,
     ),
-    ({"length_max": 0.3}, "LENGTH", "length_max", True),
-    ({"object_length": 0.06}, "OBJECT_LENGTH", "object_length", True),
-    ({"pressure_max": 50.0e3}, "PRESSURE", "pressure_max", True),
+    # Absurd ones.
+    ({"radius_min": 11.0e3, "radius_max": 30.0e3}, None),
+    ({"radius_min": 11.0e-9, "radius_max": 30.0e-9}, None),
 ]
 
 
-@pytest.mark.parametrize(("wanted", "name", "field", "least"), INFEASIBLE)
-def test_the_right_constraint_binds_and_every_relaxation_suffices(wanted, name, field, least):
-    requirement, constraint = replace(TWO, **wanted), Constraint[name]
+@pytest.mark.parametrize(("wanted", "least"), INFEASIBLE)
+def test_what_binds_is_recorded_and_every_relaxation_suffices(wanted, least):
+    requirement = replace(TWO, **wanted)
     report = answered(requirement)
-    assert (report.feasible, report.binding.constraint) == (False, constraint)
-    assert report.binding.room < 0.0
-    assert constraint.value in report.message
-    assert not all(step.satisfied for step in report.steps)
     changes = {change.field: change.sufficient for change in report.relaxations}
-    eased = "radius_min" if constraint in relaxations.OF_SMALLEST else "radius_max"
-    assert {field, eased} <= changes.keys()
+    found = [report.message, report.binding, changes]
+    recorded(f"infeasible/{INFEASIBLE.index((wanted, least))}", found)
+    assert not report.feasible
     for changed, sufficient in changes.items():
         assert answered(requirement, **{changed: sufficient}).feasible, changed
     if least:
-        assert not answered(requirement, **{field: 0.99 * changes[field]}).feasible
-    assert report.design or constraint is Constraint.LARGEST_RADIUS
+        assert not answered(requirement, **{least: 0.99 * changes[least]}).feasible
 
 
 def test_what_comes_nearest_is_shown_and_relaxed_whatever_fails(monkeypatch):
@@ -77,14 +82,6 @@ def test_what_comes_nearest_is_shown_and_relaxed_whatever_fails(monkeypatch):
     assert nearest.smallest.pressure > 50.0e3 == nearest.gripper.pressure_max
     # At the limit it grips down to another radius.
     assert PAPER_EXAMPLE.radius_min < nearest.radius_min < PAPER_EXAMPLE.radius_max
-
-
-def test_rubber_that_ends_first_names_the_actuator():
-    # Its chains are fully extended before the coil is as narrow as the smallest object.
-    brittle = replace(LATEX, law=Gent(290.0e3, 0.1))
-    report = answered(FREE, elastomers=(brittle,), fiber_angles_beta=angles(70.0))
-    assert (report.feasible, report.binding.constraint) == (False, Constraint.SMALLEST_RADIUS)
-    assert_allclose(report.design.smallest.radius, report.binding.value)
 
 
 @pytest.mark.slow
@@ -105,21 +102,10 @@ def test_absurdly_many_turns_are_refused_without_solving_every_tube(monkeypatch)
     assert (first.field, answered(only).feasible) == ("turns_required", True)
 
 
-MOON = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "radius_max": 0.2}
-
-
-@pytest.mark.parametrize(
-    "wanted",
-    [
-        {"radius_min": 11.0e3, "radius_max": 30.0e3},
-        {"radius_min": 11.0e-9, "radius_max": 30.0e-9},
-        pytest.param(MOON, marks=pytest.mark.slow),
-    ],
-)
-def test_absurd_wishes_are_answered_too(wanted):
-    report = answered(TWO, **wanted)
-    assert (report.feasible, len(report.steps)) == (False, 7)
-    assert report.binding.room < 0.0
+@pytest.mark.slow
+def test_an_absurd_wish_on_the_moon_is_answered():
+    moon = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "radius_max": 0.2}
+    assert answered(TWO, **moon).binding.room < 0.0
 
 
 # Angles and limits at which the largest radius of the coil rises in waves with the length.

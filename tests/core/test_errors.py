@@ -2,11 +2,11 @@
 """Every error carries its figures, says them in one line, and travels between processes."""
 
 import pickle
-import re
 from enum import Enum
 from math import pi
 
 import pytest
+from core.recorded import recorded
 
 from spiral_core.errors import (
     ActuationLimit,
@@ -32,37 +32,29 @@ def refused(*arguments):
     return caught.value
 
 
-# Errors, and patterns of their messages; two that are past a bound never show the bound itself.
+# Two that are past a bound never show the bound itself; a coil that closed, or an actuator that
+# ends, is no reason to ask for more pressure; the nearest radius is rounded into the range.
 EXAMPLES = [
-    (InvalidInputError("positions", "a\n" * 500, "3 finite numbers"), r"^.{,180}\.\.\.$"),
-    (refused("pressure", 55000.0001, 0.0, 55e3, "Pa"), "55000 Pa, got 55000.1 Pa"),
-    (refused("alpha", 1.5707964, -HALF, HALF, "rad"), "90 deg, got 90.0001 deg"),
-    (ActuationLimitError(END, "pressure", 150000.04, 150000.01), "150001 Pa .* 150000 Pa"),
-    (
-        ActuationLimitError(ActuationLimit.FIBER_LOCKING, "stretch", 2.1, 2.0),
-        "^stretch 2.1 is past its limit 2: a fiber family",
-    ),
-    (SolverError(Status.STALLED, 3.0e-4, 17), r"elements \(residual 0.0003, 17 iterations\)$"),
-    (
-        NoCoilError(1.04999, 1.05, 5.0e4),
-        r"makes 1.04 turns at most \(at 50000 Pa\).*raise the pressure limit",
-    ),
-    # A coil that closed, or an actuator that ends, is no reason to ask for more pressure.
-    (NoCoilError(7.0, 10.0, 5e4, 6e4), "^(?!.*raise).* at 60000 Pa the coil has closed on itself"),
-    (NoCoilError(0.0, 1.05, 5e4, 1e3), "no pressure up to 50000 Pa leaves room for an object"),
-    (NoCoilError(0.4, 1.05, 5e4, at_actuator_limit=True), "^(?!.*raise)"),
-    # The nearest radius is rounded into the range.
-    (NotGrippableError(0.05, "no", -1.0, 0.01234565), "nearest grippable radius is 0.0123456 m"),
-    (NotGrippableError(0.005, "no", -1.0, 0.01234565), "nearest grippable radius is 0.0123457 m"),
+    InvalidInputError("positions", "a\n" * 500, "3 finite numbers"),
+    refused("pressure", 55000.0001, 0.0, 55e3, "Pa"),
+    refused("alpha", 1.5707964, -HALF, HALF, "rad"),
+    ActuationLimitError(END, "pressure", 150000.04, 150000.01),
+    ActuationLimitError(ActuationLimit.FIBER_LOCKING, "stretch", 2.1, 2.0),
+    SolverError(Status.STALLED, 3.0e-4, 17),
+    NoCoilError(1.04999, 1.05, 5.0e4),
+    NoCoilError(7.0, 10.0, 5e4, 6e4),
+    NoCoilError(0.0, 1.05, 5e4, 1e3),
+    NoCoilError(0.4, 1.05, 5e4, at_actuator_limit=True),
+    *(NotGrippableError(radius, "no", -1.0, 0.01234565) for radius in (0.05, 0.005)),
 ]
 
 
 def test_message_is_one_line_and_travels_with_its_figures():
-    for error, shown in EXAMPLES:
+    for error in EXAMPLES:
         copy = pickle.loads(pickle.dumps(error))
         assert (type(copy), vars(copy), str(copy)) == (type(error), vars(error), str(error))
-        assert re.search(shown, str(error))
         assert "\n" not in str(error)
+    recorded("errors/said", {f"{k}": str(error) for k, error in enumerate(EXAMPLES)})
 
 
 def test_a_message_keeps_its_quantities_wherever_it_travels():

@@ -10,6 +10,7 @@ from math import inf, nan, pi, sqrt
 
 import numpy as np
 import pytest
+from core.recorded import recorded, said
 from numpy.linalg import norm
 from numpy.testing import assert_allclose
 
@@ -18,7 +19,6 @@ from spiral_core import (
     Closing,
     Cylinder,
     GripSetup,
-    InvalidInputError,
     NotGrippableError,
     Obstacle,
     Pull,
@@ -103,6 +103,10 @@ def test_window_is_what_its_points_say(name):
         assert wrapped == [True, False]
     rest = follow_loss(found)
     assert (found.end is WindowEnd.LOST) == (found.loss is not None) == (rest is not None)
+    grip = solved(found)
+    # Upright the tube falls to a side: what it then reaches differs by 5e-6 between processors.
+    if name != "upright":
+        recorded(f"grip/{name}", [grip, point, grip.recommended_pressure()])
     if rest:  # the end has let go
         assert found.top < found.loss < rest.pressure <= 1.02 * found.loss
         assert rest.tip_gap > 0.8 * found.setup.obstacle.shape.radius
@@ -186,22 +190,6 @@ def solved(found, pulls=(), at=()):
     return solve_grip(found.setup, pulls, pressures=at, window=found)
 
 
-def test_what_bounds_the_recommended_pressures_is_named():
-    """A payload may be carried beyond curling too."""
-    for name, end, mark, part in [
-        ("curls", RangeEnd.CURLING, "onset_curling", 1.0),
-        ("upright", RangeEnd.LOSS, "loss", 0.9),  # curls from the onset on
-        ("lifts off", RangeEnd.LIFT_OFF, "lift_off", 1.0),
-        ("limited", RangeEnd.LIMIT, "top", 1.0),
-        ("looked at", RangeEnd.LOOKED_AT, "top", 1.0),
-    ]:
-        found = window(name)
-        grip, top = solved(found), part * getattr(found, mark)
-        assert (grip.range_end, grip.recommended_range) == (end, (found.onset_wrap, top))
-        assert found.onset_wrap < grip.recommended_pressure() < top
-        assert grip.carrying_range[1] == (found.top if end is RangeEnd.CURLING else top)
-
-
 def test_a_tube_that_neither_moves_nor_rests_is_not_a_loss(monkeypatch):
     """The path ends there, and the recommended pressures a tenth below."""
     follow = windows.follow_contact
@@ -225,21 +213,16 @@ def test_what_is_said_to_be_carried_at_most_is_carried():
     onset = found.onset_wrap
     grip = solved(found, (Pull.DOWN,), [0.98 * onset, 1.05 * onset, found.top])
     light, least = np.interp((1.05 * onset, onset), found.pressures, found.normal_forces)
-
-    def carried_at_most(mass, **limits):
-        with pytest.raises(NotGrippableError, match="no pressure holds") as refusal:
-            grip.recommended_pressure(mass, **limits)
-        return float(re.search(r"at most (\S+) kg", str(refusal.value))[1])
-
-    most = carried_at_most(1.0)
+    asked = {"force_max": 1.01 * least}, {"force_max": 1e-6}, {"payload": 0.01, "force_max": light}
+    answers = [said(lambda one=one: grip.recommended_pressure(**one)) for one in asked]
+    with pytest.raises(NotGrippableError, match="no pressure holds") as refusal:
+        grip.recommended_pressure(1.0)
+    recorded("grip/carried", [*answers, str(refusal.value)])
+    most = float(re.search(r"at most (\S+) kg", str(refusal.value))[1])
     for payload in (0.3 * most, 0.995 * most):
         pressure = grip.recommended_pressure(payload)
         assert holding_force(found.at(pressure), Pull.DOWN).force >= 2.0 * payload * G
     assert_allclose(grip.payload_ratio(most), grip.force(Pull.DOWN) / (most * G))
-    assert carried_at_most(0.995 * most, force_max=light) < most
-    assert onset <= grip.recommended_pressure(force_max=1.01 * least) < 1.05 * onset
-    with pytest.raises(NotGrippableError, match="presses with"):
-        grip.recommended_pressure(force_max=1e-6)
     # A payload is judged within the pressures looked at.
     low, high = 1.02 * onset, 1.04 * onset
     assert low <= solved(found, (Pull.DOWN,), [low, high]).recommended_pressure(1e-4) <= high
@@ -293,16 +276,15 @@ def test_only_a_tube_that_buckles_upright_falls_to_a_side_that_is_chosen():
 def test_what_was_not_looked_at_is_not_answered():
     found = window("curls")
     weightless = replace(found.setup, gripper=gripper(0.0, 0.0, 0.0))
-    for ask, *arguments in (
+    asked = (
         *((grip_window, found.setup, wrong) for wrong in ([], [0.0], [2e3, 1e3], [nan], [1e9])),
         (solve_grip, found.setup, ("away",)),
         (solved, found, (Pull.DOWN,), [52e3, 50e3]),
         (solved(found).force, Pull.DOWN),
         (found.at, 2.0 * found.top),
         (holding_force, replace(found.points[-1], setup=weightless), Pull.DOWN),
-    ):
-        with pytest.raises(InvalidInputError):
-            ask(*arguments)
+    )
+    recorded("refusals/grip", {f"{k}": said(*ask) for k, ask in enumerate(asked)})
 
 
 def test_a_part_near_the_base_may_snap_while_the_end_stays_wrapped():

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from itertools import count
 from math import inf, isnan, nan
 
 import numpy as np
 import pytest
 from core.actuator_cases import actuator
+from core.recorded import recorded
 from numpy.linalg import norm
 from numpy.testing import assert_allclose
 
@@ -42,31 +43,26 @@ def closed_on(radius, pressures, **choices):
 
 
 def test_force_is_what_holds_or_a_bound():
-    for point, ends, least, most in [
+    both = Pull.AWAY, Pull.TOWARDS
+    for point, pulls, end, least, most in [
         # Close below its loss a coil presses towards the base, and gives way at the first step.
-        (partial(closed_on, 0.02, (57.0, 75.0, 85.57)), {Pull.TOWARDS: PullEnd.LOST}, 0.0, 0.0),
-        (
-            partial(closed_on, 0.02, (57.0, 59.0), friction=0.0),
-            dict.fromkeys((Pull.AWAY, Pull.TOWARDS), PullEnd.SLIPPED),
-            *(0.0, 0.0),
-        ),
+        (closed_on(0.02, (57.0, 75.0, 85.57)), both[1:], PullEnd.LOST, 0.0, 0.0),
+        (closed_on(0.02, (57.0, 59.0), friction=0.0), both, PullEnd.SLIPPED, 0.0, 0.0),
         # The force doubles at each step, until a step is not found.
         (
-            partial(closed_on, 0.015, (40.0, 60.0, 70.71), friction=1.5),
-            {Pull.AWAY: PullEnd.NOT_FOLLOWED},
-            *(0.5, inf),
+            closed_on(0.015, (40.0, 60.0, 70.71), friction=1.5),
+            *(both[:1], PullEnd.NOT_FOLLOWED, 0.5, inf),
         ),
         # Pulled with tens of newtons, elements are too long: no state answers there.
         (
-            partial(closed_on, 0.015, (40.0, 60.0, 73.38), friction=0.8, elements=60),
-            {Pull.AWAY: PullEnd.NOT_FOLLOWED},
-            *(1.0, inf),
+            closed_on(0.015, (40.0, 60.0, 73.38), friction=0.8, elements=60),
+            *(both[:1], PullEnd.NOT_FOLLOWED, 1.0, inf),
         ),
     ]:
-        for pull, held in holding_forces(point(), list(ends)).items():
-            assert held.end is ends[pull]
+        for held in holding_forces(point, pulls).values():
+            assert held.end is end
             assert least <= held.force <= most
-            assert held.is_lower_bound == (held.end is PullEnd.NOT_FOLLOWED)
+            assert held.is_lower_bound == (end is PullEnd.NOT_FOLLOWED)
             assert held.forces.max() < 1e-12 or most > 0.0
 
 
@@ -87,11 +83,9 @@ def test_a_pull_that_cannot_be_followed_says_so(steps, monkeypatch):
     """Unknown if not even the first step is found; else the force is a lower bound."""
     point, _ = sliding()
     giving_up(monkeypatch, lambda number, _: number > steps)
-    held, bound = holding_force(point, Pull.AWAY), steps > 1
-    assert (held.end, held.is_lower_bound) == (PullEnd.NOT_FOLLOWED, bound)
-    assert isnan(held.force) is isnan(held.within(1.0)) is not bound
-    assert ("at least" if bound else "unknown") in repr(held)
-    assert not bound or held.force == held.forces.max() > 0.0
+    held = holding_force(point, Pull.AWAY)
+    recorded(f"pull/{steps} steps", [held, held.within(1.0), repr(held)])
+    assert isnan(held.force) == (steps < 2)
 
 
 @cache
@@ -107,6 +101,7 @@ def test_a_weight_that_slides_has_a_curve_of_its_own():
     Of its weight a share acts along the axis: the same work along either way.
     """
     point, found = sliding()
+    recorded("pull/sliding", found)
     away, down = found[Pull.AWAY], found[Pull.DOWN]
     along, gravity = (holding.pull_direction(point, pull) for pull in (Pull.AWAY, Pull.DOWN))
     share = float(along @ gravity)
@@ -116,7 +111,7 @@ def test_a_weight_that_slides_has_a_curve_of_its_own():
     for held in (away, down):
         assert held.end is PullEnd.SLIPPED
         peak = np.argmax(held.forces)
-        assert 0.69 < held.force == held.forces[peak] < 0.77
+        assert held.force == held.forces[peak]
         assert held.displacement == held.displacements[peak] <= 2.0 * 0.01615
         slope = np.diff(held.forces)[0] / np.diff(held.displacements)[0]
         assert_allclose(held.stiffness, slope, 1e-9)

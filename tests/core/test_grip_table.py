@@ -2,12 +2,13 @@
 """Grips of some radii, what they say of any other, and where that is refined."""
 
 from dataclasses import replace
-from math import inf, nan
+from math import inf
 
 import numpy as np
 import pytest
 from core.grip_cases import figures, solved_table, table_of
 from core.gripper_cases import paper_gripper
+from core.recorded import recorded
 from numpy.testing import assert_allclose
 
 from spiral_core import Pull, WrapRegime, grip_window, holding_force, lay_into_coil
@@ -16,33 +17,23 @@ from spiral_core.grip.table import EDGE, TOLERANCE, Blend
 from spiral_core.grip.tabulate import MOST_REFINED, solve_curve
 
 
-def test_the_regime_is_that_of_the_contact_at_radii_of_the_table_and_between():
-    for pressure, regime in (
-        *((48990.0, "OVERHANG"), (49000.0, "PERFECT_WRAP"), (59990.0, "PERFECT_WRAP")),
-        *((60000.0, "CURLING"), (79990.0, "CURLING"), (80000.0, "OVERHANG"), (nan, "OVERHANG")),
-        (1e9, "PERFECT_WRAP"),
-    ):
-        grip = figures(curling=None, loss=None) if pressure == 1e9 else figures()
-        between = blend(0.02, 0.8 * pressure, grip, grip)
-        answer = grip.answer(pressure, at_pose=True)
-        assert {grip.regime(pressure), answer.regime, between.regime} == {WrapRegime[regime]}
-        assert (answer.onset_curling, answer.loss) == (grip.onset_curling, grip.loss)
-        assert (answer.normal_force > 0.0) is (between.normal_force > 0.0) is (pressure < grip.loss)
-
-
-def test_forces_lie_between_those_computed_and_are_zero_below_and_when_lost():
-    entry = replace(figures(), computed_at=7.0)
-    for pressure, away, touching in ((4.7e4, 0.0, 0.088), (5.0e4, 0.5, 0.1), (8.0e4, 0.0, 0.0)):
-        found = entry.answer(pressure, at_pose=False)
-        told = found.away, found.towards, found.down, found.contact_length, found.normal_force
-        assert_allclose(told, (away, 0.1 * away, 0.5 * away, touching, 10.0 * touching))
-        assert found.computed_at == 7.0
-    for pressure in (0.0, 5.5e4, 7.5e4):  # the tube is blended between its pressures
-        assert_allclose(entry.shape(pressure).positions, np.full((3, 3), pressure))
-    assert entry.shape(7.6e4) is entry.shape(-1.0) is None
-    assert replace(entry, shapes=None).shape(5.5e4) is None
+def test_what_is_told_at_every_edge_of_a_grip_is_recorded():
+    """At a radius of the table and between two; at the edges of wrap, curling and loss."""
+    grip = figures()
+    found = {
+        f"{pressure:.0f}": [
+            grip.answer(pressure, at_pose=True),
+            blend(0.02, 0.8 * pressure, grip, grip),
+            grip.shape(pressure),
+        ]
+        for pressure in (4.7e4, 48990, 59990, 7.6e4, 8e4)
+    }
+    recorded("table/answers", found)
+    endless = figures(curling=None, loss=None).answer(1e9, at_pose=False)
+    assert (endless.regime, endless.loss) == (WrapRegime.PERFECT_WRAP, inf)
     # Below the first of its pressures nothing holds, whatever holds there.
-    assert replace(entry, away=entry.away + 0.4).answer(4.7e4, at_pose=False).away == 0.0
+    assert replace(grip, away=grip.away + 0.4).answer(4.7e4, at_pose=False).away == 0.0
+    assert replace(grip, shapes=None).shape(5.5e4) is None
 
 
 def blend(radius, pressure, low, high, tip=4.0e4):
@@ -126,6 +117,6 @@ def test_next_to_radii_that_are_not_held_none_is_and_the_nearest_held_is_named()
     grip = figures()
     table = table_of([0.01, 0.02, 0.03, 0.04, 0.05], [grip, None, None, grip, grip])
     wrong = [each for each in range(9, 52) if table.is_not_held(1e-3 * each)]
-    assert wrong == list(range(11, 40))
-    assert [table.nearest_held(radius) for radius in (0.024, 0.026)] == [0.01, 0.04]
-    assert table_of([0.01, 0.02], [None, None]).nearest_held(0.01) is None
+    empty = table_of([0.01, 0.02], [None, None]).nearest_held(0.01)
+    nearest = [table.nearest_held(radius) for radius in (0.024, 0.026)]
+    assert (wrong, nearest, empty) == ([*range(11, 40)], [0.01, 0.04], None)

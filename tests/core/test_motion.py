@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from core.contact_cases import bar, down, floor, line
+from core.recorded import recorded
 from numpy.testing import assert_allclose
 
 from spiral_core import (
@@ -119,6 +120,7 @@ def test_the_estimated_error_bounds_the_true_one():
         solve_motion(driven, TUBE, (0.0, 0.9), elements=16, tolerance=tolerance)
         for tolerance in (1e-8, 1e-4, 1e-6)
     )
+    recorded("motion/driven", [[m.positions[-1], m.frames[-1].error, m.events] for m in motions])
     for motion in motions:
         true = np.abs(motion.positions[-1] - exact.positions[-1]).max()
         assert 0.05 * motion.frames[-1].error < true < 2.0 * motion.frames[-1].error
@@ -214,6 +216,7 @@ def test_a_rod_and_its_object_in_acceleration_move_as_in_tilted_gravity():
     away = moved.positions - 0.5 * times[:, None, None] ** 2 * push
     # The forces of inertia act at nodes, the weight along elements: (1/40)^2.
     assert_allclose(away, stood.positions, rtol=0.0, atol=1e-4 * LENGTH)
+    recorded("motion/coiled", [moved.positions, *moved.events[:4]])
     assert moved.events[-1].time == pytest.approx(stood.events[-1].time, abs=0.002)
 
 

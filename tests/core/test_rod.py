@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields, replace
+from functools import partial
 from itertools import product
 from multiprocessing import get_context
 
@@ -48,41 +49,40 @@ def test_results_are_bit_identical_in_one_process_and_in_two():
             np.testing.assert_array_equal(getattr(state, each), getattr(other, each))
 
 
-@pytest.mark.parametrize(
-    "given",
-    [
-        {"obstacles": (floor(-0.2),)},
-        {"tip": Pinned((0.3, 0.0, 0.0))},
-        {"base": Clamped((0.1, 0.0, 0.0))},
-        {"point_loads": (PointLoad(0.1, force=(0.0, 0.0, 0.01)),)},
-        {"start": line(0.36, 40)},
-        {"rod": replace(HELICAL, radius=1e-3)},
-        *(
-            {"rod": replace(HELICAL, section=section)}
-            for section in (
-                Section(COUPLED.stiffness, extension=100.0),
-                Section(COUPLED.stiffness, shear=100.0),
-                Section(((5e-4, 1e-4, 0), (1e-4, 4e-4, 0), (0, 0, 4e-4))),
-                lambda s: np.tile(np.diag((5e-4, 4e-4, 4e-4, 90.0, 40.0, 40.0)), (len(s), 1, 1)),
-            )
-        ),
-    ],
-)
-def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one(given):
-    given = {"rod": HELICAL, "load": RodLoad((0.0, 0.02, 0.0)), "start": None} | given
-    start = given.pop("start")
-    assert solve_rod(RodProblem(**given), elements=40, start=start).element is RodElement.MIXED
-    with pytest.raises(InvalidInputError, match="element"):
-        solve_rod(RodProblem(**given), start=start, element=RodElement.INEXTENSIBLE)
+def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one():
+    plain = RodProblem(HELICAL, RodLoad((0.0, 0.02, 0.0)))
+    rods = [
+        replace(HELICAL, section=each)
+        for each in (
+            Section(COUPLED.stiffness, extension=100.0),
+            Section(COUPLED.stiffness, shear=100.0),
+            Section(((5e-4, 1e-4, 0), (1e-4, 4e-4, 0), (0, 0, 4e-4))),
+            lambda s: np.tile(np.diag((5e-4, 4e-4, 4e-4, 90.0, 40.0, 40.0)), (len(s), 1, 1)),
+        )
+    ]
+    asked = [
+        plain,
+        replace(plain, obstacles=(floor(-0.2),)),
+        replace(plain, tip=Pinned((0.3, 0.0, 0.0))),
+        replace(plain, base=Clamped((0.1, 0.0, 0.0))),
+        replace(plain, point_loads=(PointLoad(0.1, force=(0.0, 0.0, 0.01)),)),
+        *(replace(plain, rod=rod) for rod in (replace(HELICAL, radius=1e-3), *rods)),
+    ]
+    for problem in asked:
+        start = line(0.36, 40) if problem is plain else None
+        assert solve_rod(problem, elements=40, start=start).element is RodElement.MIXED
+        with pytest.raises(InvalidInputError, match="element"):
+            solve_rod(problem, start=start, element=RodElement.INEXTENSIBLE)
 
 
 def test_vectors_may_be_arrays():
-    def ends(of):
-        base, ground = Clamped(of((0.0, 0.0, 0.1))), Obstacle(Plane(), of((0.0, 0.0, -1.0)))
-        tip, push = Guided(of((0.0, 0.0, 0.1)), of((1.0, 0.0, 0.0))), PointLoad(0.2, of(UP))
-        return RodProblem(HELICAL, base=base, tip=tip, obstacles=(ground,), point_loads=(push,))
-
-    assert ends(np.array) == ends(tuple)
+    for kind, *given in (
+        (Clamped, UP),
+        (partial(Obstacle, Plane()), UP),
+        (Guided, UP, (1.0, 0.0, 0.0)),
+        (partial(PointLoad, 0.2), UP),
+    ):
+        assert kind(*map(np.array, given)) == kind(*given)
     assert solve_rod(RodProblem(HELICAL, base=Clamped(np.zeros(3), np.eye(4)[3]))).stable
 
 

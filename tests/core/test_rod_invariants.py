@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from core import documented_energy as documented
 from core.contact_paths import agree
+from core.recorded import recorded
 from core.reference_shooting import integrated, shoot
 from core.rod_cases import (
     IMAGES,
@@ -73,6 +74,7 @@ def test_order_is_four_and_the_estimate_is_honest(name):
             strains = state.strains - vectors_at(case.rod.rest_strain, s)
             bent = documented.times(stiffness_at(case.rod.section, s), strains)
             assert_allclose(state.moments[inner], bent[inner], atol=1e-15)
+    recorded(f"rods/{name}", [state.tip_position, state.energy, state.discretization_error])
     assert max(errors[0]) < 2e-4
     assert errors[1][0] < 1.2e-6
     # The rest is the next term of the error's expansion.

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from core.actuator_cases import derivative
 from core.gripper_cases import DESIGNS, PRESSURE_MAX
+from core.recorded import recorded, said
 from core.wrap_cases import OUTER_RADIUS, TILTED, G, linear_curve, paper_curve
 from numpy.testing import assert_allclose, assert_array_equal
 
-from spiral_core import InvalidInputError, NotGrippableError, Section, WrapRegime
+from spiral_core import Section, WrapRegime
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.wrap.curve import RADIUS_TOLERANCE
 from spiral_core.wrap.wrap import PERFECT_BAND, line_force
@@ -96,20 +97,19 @@ def test_the_three_regimes():
         curve.pressure_from_radius(radius * (1.0 + share * PERFECT_BAND))
         for share in (-0.9, -1.1, 1.1)
     )
-    for pressure, regime in (
-        *((each, WrapRegime.PERFECT_WRAP) for each in (perfect, tight)),
-        *((each, WrapRegime.OVERHANG) for each in (0.0, wider)),
-        *((each, WrapRegime.CURLING) for each in (tighter, min(1.2 * perfect, PRESSURE_MAX))),
+    for regime, *pressures in (
+        (WrapRegime.PERFECT_WRAP, perfect, tight),
+        (WrapRegime.OVERHANG, 0.0, wider),
+        (WrapRegime.CURLING, tighter, min(1.2 * perfect, PRESSURE_MAX)),
     ):
         # Told from a state that is known already it is the same, without another solve.
-        for state in (None, curve.state_at_pressure(pressure)):
-            assert curve.regime(pressure, radius, state) is regime
+        for pressure in pressures:
+            known = curve.state_at_pressure(pressure)
+            assert {curve.regime(pressure, radius, state) for state in (None, known)} == {regime}
     few_turns = curve.regime(0.9999 * curve.pressure_min, curve.radius_max)
     assert few_turns is WrapRegime.OVERHANG
-    with pytest.raises(NotGrippableError):
-        curve.regime(perfect, 10.0 * curve.radius_max)
-    with pytest.raises(InvalidInputError):
-        curve.regime(-1.0, radius)
+    wrong = (perfect, 10.0 * curve.radius_max), (-1.0, radius)
+    recorded("range/regimes", [said(curve.regime, *given) for given in wrong])
 
 
 def test_a_coil_that_closes_on_itself_ends_the_range_and_past_it_the_tip_curls():
