@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """From files to a calibration: what is fitted, refused, doubted, reported, drawn and written."""
 
-import json
 import re
 import shutil
 from dataclasses import replace
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from edge.recorded import cases, written
 
 from spiral_core import (
     FittedQuantity,
@@ -94,34 +94,24 @@ def test_a_report_has_all_that_is_printed_and_comes_before_a_refusal(capsys):
     assert text.count("data:image/png;base64,") == 2  # the residuals, and pressure against radius
 
 
-def test_the_calibration_in_json_is_the_report_and_nothing_is_saved_unless_wanted(answer, said):
-    asked = f"{COMMAND} --radius 20mm --level 0.9 --no-save"
-    document = answer(asked, "--law neo_hookean")
+def test_intervals_hold_the_truth_and_the_pressures_of_rivals(answer):
+    document = answer(COMMAND, "--radius 20mm --level 0.9 --no-save --law neo_hookean")
     low, high = document["values"]["c1"]["interval"]
     assert low < TRUE_C1 < high
-    (pressure,), (warning,) = document["pressures"], document["warnings"]
+    (pressure,) = document["pressures"]
     (low, high), (rival,) = pressure["interval"], pressure["rivals"]
     assert low < pressure["pressure"] < pressure["own_interval"][1] < rival["pressure"] < high
-    assert "do not tell the fitted law from NeoHookean, exact curvature" in warning
-    assert "90 % interval" in said(asked, "--hold c2=0kPa --draws 40")
-    assert not list(Path().glob("*_calibrated*"))
 
 
-def test_the_law_is_the_files_unless_the_readings_tell_no_more_or_another_is_asked(said):
-    unsaved = f"{COMMAND} --no-save"
-    simple = said(unsaved)
-    assert simple.startswith("law: NeoHookean ")
-    assert "do not tell the constants of mooney_rivlin, the file's law" in simple
-    assert "--law mooney_rivlin fits it anyway" in simple
-    two = said(unsaved, "--law mooney_rivlin")
-    assert two.startswith("law: MooneyRivlin ")
-    assert "c1 and c2 cannot be told" in two
-    held = said(unsaved, "--law neo_hookean --law mooney_rivlin --hold c2=0kPa")
-    assert "neo_hookean: not fitted: " in held
-    # Several readings at one pressure tell one constant.
+@pytest.mark.parametrize("asked", cases("calibrations.txt"))
+def test_the_law_is_the_files_unless_the_readings_tell_no_more_or_another_is_asked(recorded, asked):
+    recorded("calibrations.txt", asked)
+
+
+def test_several_readings_at_one_pressure_tell_one_constant(said):
     CSV.write_text(bench_test(rows=[6] * 6))
-    assert "fits it anyway" not in said(unsaved)
-    refused = said(unsaved, "--law mooney_rivlin", code=2)
+    assert "fits it anyway" not in said(COMMAND, "--no-save")
+    refused = said(COMMAND, "--no-save --law mooney_rivlin", code=2)
     assert "at 2 different pressures above 0 at least" in refused
 
 
@@ -156,24 +146,13 @@ def test_a_rubber_of_another_stiffness_is_fitted_and_named(said, factor):
     assert c1 == pytest.approx(TRUE_C1 * factor, rel=0.05)
 
 
-# A reading in place of the sixth line's -> exit code, and what is said.
-CONTRADICTIONS = {
-    "{0},{1},{2}\n{0},{1},{2}": (0, "copies of other readings: bench.csv:7 (of bench.csv:6)"),
-    "{0},{1},{2}\n{0},1{1},{2}": (2, 'bench.csv:6: "extension": must be alike: at one pressure'),
-    "{0},-{1},{2}": (2, 'bench.csv:6: "extension": must be positive for these fibers'),
-    "{0},9,{2}": (0, "bench.csv:6: the reading at 34.47 kPa is "),
-}
-
-
-@pytest.mark.parametrize("reading", CONTRADICTIONS)
-def test_readings_that_contradict_are_refused_and_copies_and_outliers_named(judged, reading):
-    rows, (code, said) = bench_test().splitlines(), CONTRADICTIONS[reading]
-    rows[5] = reading.format(*rows[5].split(",", 2))
-    printed = judged("\n".join(rows), code=code)
-    assert said in printed
-    if "the reading" in said:
-        document = json.loads(judged("\n".join(rows), "--robust --json"))
-        assert document["left_out"] == document["outliers"] == [4]
+@pytest.mark.parametrize("reading", cases("contradictions.txt"))
+def test_readings_that_contradict_are_refused_and_copies_and_outliers_named(recorded, reading):
+    rows = bench_test().splitlines()
+    rows[5] = written(reading).format(*rows[5].split(",", 2))
+    CSV.write_text("\n".join(rows))
+    robust = "--robust" * (",9," in reading)
+    recorded("contradictions.txt", reading, f"{COMMAND} --law neo_hookean --no-save {robust}")
 
 
 def test_few_readings_readings_at_rest_and_impossible_errors_are_named(judged):

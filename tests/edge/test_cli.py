@@ -51,15 +51,6 @@ def test_help_loads_nothing_heavy():
     assert not set(modules.split()) & {"numpy", "scipy", "numba", "matplotlib", "rich"}
 
 
-def test_groups_have_help_in_full(said):
-    for group in ("sweep", "chart", "grippers"):
-        assert "..." not in said(group, "--help").partition("Commands:")[2]
-        usage, commands, _ = said(group, code=2).partition(" Commands: ")
-        assert usage.startswith(f"Usage: spiral-gripper {group}")
-        assert commands
-    assert said("--version").startswith("spiral-gripper 0.")
-
-
 def test_options_have_the_cores_defaults_and_limits():
     """They are stated twice, so that help loads nothing."""
     assert types.DEFAULT_TURNS == DEFAULT_TURNS

@@ -2,7 +2,6 @@
 """The command ``close``: what it prints, draws and keeps after Ctrl-C."""
 
 from dataclasses import replace
-from pathlib import Path
 from unittest.mock import Mock
 
 import numpy as np
@@ -28,7 +27,6 @@ from spiral_gripper.reports.grip.plots import object_surface
 
 pytestmark = pytest.mark.long
 
-ASKED = "close paper_design_70 --radius 20mm --rate 500kPa/s --wait 0.2s"
 GRIPPER = load_description("paper_design_70").gripper
 FAST = CloseQuestion(GRIPPER, 0.02, 5e5, None, 0.2, None, Damping(), advise=False)
 
@@ -36,27 +34,6 @@ FAST = CloseQuestion(GRIPPER, 0.02, 5e5, None, 0.2, None, Damping(), advise=Fals
 def told(solved):
     """Return what people and what programs are told."""
     return dict(rows_of(CLOSE, solved)), document_of(CLOSE, solved)
-
-
-def test_a_fast_closing_is_told_drawn_and_animated(answer):
-    told = answer(ASKED, "--plot closing.png --animate closing.gif")
-    assert (told["complete"], told["orderly"]) == (True, False)
-    assert told["frames"][-1]["pressure"] == pytest.approx(told["pressure"])
-    spread = told["spread"]["holding_forces"]
-    for pull, force in told["holding_forces"].items():
-        low, high = spread[pull]
-        assert low <= force <= high
-    assert Path("closing.png").read_bytes().startswith(b"\x89PNG")
-    assert Path("closing.gif").read_bytes().startswith(b"GIF89a")
-
-
-def test_an_orderly_closing_is_repeated_on_request_only():
-    question = replace(FAST, rate=5e4, pressure=1e4)
-    for spread in (False, True):
-        solved = solve_close(replace(question, spread=spread))
-        rows, data = told(solved)
-        assert solved.orderly
-        assert (" to " in rows["presses with"]) is (data["spread"] is not None) is spread
 
 
 def test_an_interrupt_keeps_what_was_computed_and_a_hanging_state_may_be_unknown(monkeypatch):

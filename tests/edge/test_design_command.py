@@ -29,7 +29,7 @@ PAPER = f"design {NEEDS} {TUBE} --paper"
 SMALL = "design --radius-min 12mm --radius-max 25mm --tube '9.5 mm x 0.8 mm' --beta 60deg"
 
 
-def test_a_design_is_the_call_in_python_printed_saved_and_reported(answer, said):
+def test_a_design_is_the_call_in_python_saved_and_reported(answer):
     document = answer(PAPER, "--save mine.yaml --report mine.html")
     requirement = DesignRequirement(
         0.011,
@@ -52,13 +52,9 @@ def test_a_design_is_the_call_in_python_printed_saved_and_reported(answer, said)
     saved = (found.tube.length, description.actuator.fibers.beta, found.pressure_max)
     figures = [design[name] for name in ("length", "fiber_angle_beta", "pressure_max")]
     assert saved == pytest.approx(figures, rel=1e-11)
-    printed = said(PAPER, "--report mine.md")
-    assert re.search("1 tube .* 7 exact design space .*feasible", printed)
-    assert "kPa" not in printed  # as the limit was typed
-    for report in ("mine.html", "mine.md"):
-        text = Path(report).read_text("utf-8")
-        assert re.search("364 mm.*Step 7", text, re.DOTALL)
-        assert 'src="' not in text.replace('src="data:image/png;base64,iVBOR', "")
+    text = Path("mine.html").read_text("utf-8")
+    assert re.search("364 mm.*Step 7", text, re.DOTALL)
+    assert 'src="' not in text.replace('src="data:image/png;base64,iVBOR', "")
 
 
 def test_a_design_is_closed_on_its_objects_as_wrap_closes_its_file(answer):
@@ -72,11 +68,7 @@ def test_a_design_is_closed_on_its_objects_as_wrap_closes_its_file(answer):
     assert gripped["friction"] == 0.4
 
 
-def test_a_design_that_is_not_feasible_is_not_saved_and_says_what_would_do(said, monkeypatch):
-    text = said(PAPER, "--pressure-max 50kPa --save mine.yaml", code=2)
-    assert "sufficient change: pressure_max = 78.19 kPa instead of 50 kPa" in text
-    assert "nothing is saved: not feasible" in text
-    assert not Path("mine.yaml").exists()
+def test_a_design_that_wraps_too_few_objects_is_not_feasible(said, monkeypatch):
     closed = (ClosedObject(0.025, 40e3), ClosedObject(0.012, reason="it slips"))
     monkeypatch.setattr("spiral_core.design.closing.close_on_objects", lambda *_, **__: closed)
     text = said(SMALL, "--units psi,in", code=1)
@@ -92,11 +84,3 @@ def test_a_saved_description_may_have_any_name_and_has_the_friction_of_its_paylo
     said(PAPER, "--payload 10g --friction 0.5 --save", shlex.quote(f"{name}.yaml"))
     gripper = load_gripper(f"{name}.yaml")
     assert (gripper.name, gripper.friction_coefficient) == (name, 0.5)
-
-
-def test_sweeps(answer):
-    few = "--angles 2 --tube-radii 2 --tube-radius-min 4mm --tube-radius-max 5mm --plot map.png"
-    room = answer("sweep map --jobs 1", NEEDS, few)
-    assert len(room["room"]) == len(room["binding"]) == 2
-    best = answer("sweep pareto --jobs 1", NEEDS, TUBE)
-    assert {round(point["fiber_angle_beta"], 4) for point in best} <= {1.2217, 1.3963}

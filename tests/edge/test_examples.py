@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from edge.recorded import cases, check
 from repo.source_tree import FENCED, ROOT, printed_by_python
 
 from benchmarks.calibration_coverage import CASES
@@ -36,30 +37,10 @@ def page(name):
     return (DOCS / name).read_text("utf-8")
 
 
-PRINTED = {
-    "paper_design": (
-        "beta 70 deg (the paper: 70), helix length 364.0 mm (361)",
-        "wind at 70 deg: pitch 12.71 mm, 29.3 turns, right-handed",
-    ),
-    "rope_on_a_capstan": (
-        "2.5 to 1: held; the heavy end is 23.1 mm lower, by stretch",
-        "the capstan equation allows 2.57 to 1",
-    ),
-    "elastomer_law": ("57.13 kPa", "56.77 kPa"),
-    "coil_on_a_cone": ("100% curled:  42% of the length touches, 1.06 N in all",),
-    "cable_between_poles": (
-        "span 0.80 m: sags 268.6 mm, pulls 0.460 N at each pole",
-        "span 0.99 m: sags 93.5 mm, pulls 1.076 N at each pole",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", PRINTED)
+@pytest.mark.parametrize("name", cases("examples.txt"))
 def test_an_example_prints_its_figures(name, capsys):
     runpy.run_path(str(EXAMPLES / f"{name}.py"))
-    printed = capsys.readouterr().out
-    for line in PRINTED[name]:
-        assert line in printed
+    check("examples.txt", name, capsys.readouterr().out.splitlines())
 
 
 def test_the_calibration_example_goes_from_csv_to_gripper_file_and_plot(capsys, monkeypatch):

@@ -7,10 +7,10 @@ from contextlib import suppress
 from dataclasses import astuple
 
 import pytest
+from edge.recorded import cases, check, written
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_core import BendReading, ExtensionReading, GripReading, ShapeReading, TwistReading
 from spiral_gripper.bench.measurements import (
     COLUMNS,
     measurements_of,
@@ -60,66 +60,18 @@ def test_every_kind_of_reading_and_the_lines_they_come_from():
         "object_radius": "0.1 mm", "pressure": "1 kPa",
     }  # fmt: skip
     found = parse(text, errors=errors, section_length=0.2, ignored=("remark",))
-    assert found.lines == (3, 3, 5, 6, 7, 8)
-    for reading, expected in zip(
-        found.readings,
-        [
-            ExtensionReading(2e4, 4e-3, 0.1, 2e-4, 1e3),
-            TwistReading(2e4, math.radians(-10), 0.1, 0.02 * math.radians(10), 1e3),
-            BendReading(3e4, 1.5, 0.2, 0.02, 1e3),
-            ShapeReading(4e4, (0.1, 0.02, -0.003), 0.15, 1e-3, 1e3),
-            ShapeReading(4e4, (0.2, 0.04, -0.006), None, 1e-3, 1e3),
-            GripReading(5e4, 0.021, 1e-4, 1e3),
-        ],
-        strict=True,
-    ):
-        assert type(reading) is type(expected)
-        for value, exact in zip(astuple(reading), astuple(expected), strict=True):
-            assert value == (exact and pytest.approx(exact, rel=1e-12))
+    readings = zip(found.lines, found.readings, strict=True)
+    check("readings.txt", "every kind", [f"line {line}: {each!r}" for line, each in readings])
 
 
 HEADER = "pressure [kPa],extension [mm],extension_error [mm]"
 GOOD = f"{HEADER}\n20,4.0,0.2\n40,9.5,0.2\n"
 
-HELD = "extension [mm],extension_error [mm]\n"
-# A file -> where its first problem is, and what is said of it.
-BAD_FILES = {
-    f"{HEADER}\n20,abc,0.2\n": '2: column 2 "extension [mm]": must be a plain number',
-    f"{HEADER}\n1e400,4,0.2\n": '2: column 1 "pressure [kPa]": must be a plain number',
-    f'{HEADER}\n20,"4,5",0.2\n': '2: column 2 "extension [mm]": must be a plain number',
-    f"{HEADER}\n-20,4,0.2\n": "2: column 1: number, got -20 kPa",
-    f"{HEADER}\n20,4,0\n": "2: column 3: a positive finite number, got 0 mm",
-    f"{HEADER}\n,4,0.2\n": "2: column 1: is blank, but extension requires it",
-    f"{HEADER}\n20,,\n": "2: column 2: holds no measurement",
-    f"{HEADER}\n20,4,0.2\n40,9\n": "3: has 2 cells, but the header has 3",
-    f"{HEADER}\n20,4,0.2,7\n": "2: (a decimal comma? decimals follow a point)",
-    f'{HEADER}\n20,"4,0.2\n': "2: not a line of comma-separated values",
-    f"pressure,{HELD}": '1: column 1: or --unit "pressure=kPa"',
-    f"pressure [pounds],{HELD}": "1: column 1: must have a unit of pressure",
-    "pressure [kpa],extension [mm],extensio_error [mm]\n": "1: column 3: by --ignore",
-    f"presure [kPa],{HELD}": "1: column 1: did you mean pressure",
-    f"pressure [kPa],extension [in],{HELD}": "1: column 2: stands in column 3 again",
-    f"{HELD}4,0.2\n": "1: is missing",
-    "pressure [kPa],extension [mm]\n20,4\n": "1: state how well",
-    "pressure [kPa]\n20\n": "1: no column holds a measurement",
-    "pressure [kPa],x [mm],y [mm],position_error [mm]\n20,1,2,1\n": "1: x requires it",
-    "pressure [kPa];extension [mm]\n20;4,5\n": "1: column 1: separated by commas",
-    f"{HEADER}\n20,1,1\n40,1e300,1\n": "3: column 2: to 1e+12 in size",
-    f"{HEADER}\n20,1,1\n40,1,1e-300\n": "3: column 3: from 1e-12",
-    "pressure [kPa],x [m],y [m],z [m],position_error [mm]\n20,1,2,1e99,1\n": "2: column 2: in size",
-    f"{HEADER}\n": ": headings but no rows",
-    "\n# nothing\n": ": holds no table",
-    f"{HEADER},section_length [mm]\n20,1,1,0\n": "2: column 4: a positive finite number",
-    "pressure [kPa],x [mm],y [mm],z [mm],position_error [mm]\n20,,2,3,1\n": "2: column 2: is blank",
-}
 
-
-@pytest.mark.parametrize("text", BAD_FILES)
-def test_a_bad_file_is_named_with_line_and_column(text):
-    place, _, reason = BAD_FILES[text].rpartition(": ")
-    said = str(problems(text)[0])
-    assert said.startswith(f"bench.csv:{place}".rstrip(":"))
-    assert reason in said
+@pytest.mark.parametrize("case", cases("measurements.txt"))
+def test_a_bad_file_is_named_with_line_and_column(case):
+    said = problems(written(case))
+    check("measurements.txt", case, map(str, said))
 
 
 def test_what_is_stated_beside_the_file_must_fit_it():

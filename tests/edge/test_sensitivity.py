@@ -7,6 +7,7 @@ from concurrent.futures import Executor, Future
 from dataclasses import replace
 
 import pytest
+from edge.recorded import cases
 
 from spiral_core.grip.window import (
     DIFFERENCE_TOLERANCE,
@@ -100,17 +101,11 @@ def test_an_onset_is_sharp_enough_to_be_compared():
 
 
 @pytest.mark.long
-def test_commands_print_what_inputs_change(answer, monkeypatch):
+def test_commands_print_what_inputs_change(recorded, monkeypatch):
     """Friction and pressure of a grip."""
     every, wanted = sensitivity.inputs_of, {"friction", "pressure"}
     few = lambda *asked: (each for each in every(*asked) if each.name in wanted)  # noqa: E731
     monkeypatch.setattr(sensitivity, "inputs_of", few)
     monkeypatch.setattr(workers, "process_pool", lambda _: contextlib.nullcontext(Here()))
-    told = answer("grip paper_design_70 --radius 20mm --sensitivity --pressure 60kPa")
-    base, key = told["sensitivity_at"], "holding_force_away"
-    assert base[key] == pytest.approx(told["at_pressure"][key], rel=1e-9)
-    found = {each["input"]: each for each in told["sensitivity"]}
-    assert found.keys() == wanted
-    for each in found.values():
-        assert each["less"][key] < base[key] < each["more"][key]
-    assert found["pressure"]["more"]["onset_wrap"] == base["onset_wrap"]
+    (asked,) = cases("sensitivity.txt")
+    recorded("sensitivity.txt", asked)

@@ -9,6 +9,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
+from edge.recorded import cases, check
 
 from spiral_gripper import DescriptionError, available_grippers, load_description, load_gripper
 from spiral_gripper.files import storage
@@ -48,21 +49,11 @@ def test_a_name_is_a_shipped_gripper_whatever_the_folder_holds():
     assert find_description("./mine") == find_description(Path("mine")) == Path("mine")
 
 
-NOT_THERE = {
-    "prototype_p3": "no gripper has this name; did you mean prototype_p2? the shipped grippers are",
-    "xyzzy": "no gripper has this name; the shipped grippers are paper_design_70, prototype",
-    "": "no gripper has this name; the shipped grippers are paper_design_70, prototype",
-    "protoype_p1.yaml": "there is no such file; did you mean prototype_p1? the shipped grippers",
-    ".": "it is a folder",
-}
-
-
-@pytest.mark.parametrize("asked", NOT_THERE)
+@pytest.mark.parametrize("asked", cases("grippers_not_there.txt"))
 def test_a_gripper_that_is_not_there(asked):
     with pytest.raises(DescriptionError) as caught:
         load_gripper(asked)
-    named = asked or '""'
-    assert str(caught.value).startswith(f"{named}: this file cannot be read: {NOT_THERE[asked]}")
+    check("grippers_not_there.txt", asked, [str(caught.value)])
 
 
 def test_a_byte_order_mark_and_windows_line_ends_are_read(mine):

@@ -24,13 +24,9 @@ from spiral_gripper import load_description
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.reports.meshes import SIDES, tube_mesh
 from spiral_gripper.studio.charts import (
-    chart_data,
     chart_scales,
-    force_data,
-    force_scales,
     update_chart,
 )
-from spiral_gripper.studio.closing import Closings
 from spiral_gripper.studio.exports import EXPORTS, shape_csv, shape_mesh
 from spiral_gripper.studio.pull import pull_frames
 from spiral_gripper.studio.scene import node_values
@@ -154,31 +150,15 @@ def test_a_session_answers_the_newest_settings_and_exports_what_is_shown():
     assert len(spheres) == written["spheres"].decode().count("  - [")
 
 
-def test_the_chart_holds_the_point_where_the_gripper_is(answer):
-    radii, wraps, now = chart_data(answer, 0.02, 5.0e4)
-    assert np.all(np.diff(radii) > 0.0)
-    (place,) = np.flatnonzero(np.isfinite(now))
-    assert (radii[place], now[place]) == (20.0, 50.0)
-    assert wraps[place] == pytest.approx(1e-3 * answer.wrap.pressure, rel=1e-3)
-    outside, wraps, now = chart_data(answer, 0.07, 5.0e4)
-    assert (outside[-1], now[-1]) == (pytest.approx(70.0), 50.0)
-    assert np.isnan(wraps[-1])
-    assert chart_scales(answer, 1.1e5)["y"]["range"] == (0.0, pytest.approx(110.0))
-
-
 def test_words_say_what_is_known(answer):
     assert told(None, waited=0.4).startswith("**computing ..., 0 s**")
-    assert "contact: computing ..., 7 s" in told(answer, waited=7.2)
+    text = told(answer, waited=7.2)
+    assert "misses the object by up to 2.36 mm\n\ncontact: computing ..., 7 s" in text
     unheld = told(replace(answer, no_grip="it slips"))
     assert unheld.startswith("**not wrapped** (in contact)")
     assert "**not held:** it slips" in unheld
     refused = replace(answer, wrap=None, placement=None, refusal="too thick for it")
     assert "20 mm cannot be wrapped:** too thick for it" in told(refused)
-    limit = GRIPPER.pressure_max  # 16 psi
-    strains = [100.0 * (GRIPPER.unloaded_shape(f * limit).stretch - 1.0) for f in (0.75, 1.0)]
-    text = told(answer, 0.75 * limit)
-    assert "strain {:.1f} %, at the pressure limit {:.1f} %".format(*strains) in text
-    assert "margins: 25 % below the pressure limit (110.3 kPa)" in text
 
 
 def test_a_tapered_object_is_a_cone_with_the_radius_in_the_middle():
@@ -205,40 +185,9 @@ def test_colors_follow_what_they_name(held):
 
 
 @pytest.mark.slow
-def test_a_complete_answer_holds_contact_forces_and_the_margin_to_the_loss(held):
-    pressure, loss = held.grip.recommended_pressure(), held.window.loss
-    text = told(held, pressure)
-    for part in ("(in contact)", " mm in contact, presses with ", "N** away from the base"):
-        assert part in text
-    assert "computing" not in text
-    assert "lost" in told(held, 1.2 * held.window.top)
+def test_the_pull_reaches_the_holding_force(held):
     assert told(replace(held, grip=None)).count("computing") == 1
-    known = f"the loss ({1e-3 * loss:.4g} kPa)"
-    assert f"20 % below {known}" in told(held, 0.799 * loss)
-    assert f"**9.6 % above** {known}" in told(held, 1.0951 * loss)
-    pressures, away, _, now = force_data(held, 7.0e4)
-    (place,) = np.flatnonzero(np.isfinite(now))
-    assert (pressures[place], now[place]) == (pytest.approx(70.0), away[place])
-    assert away[place - 1] < away[place] < away[place + 1]
-    assert max(away) < force_scales(held, 1.1e5)["y"]["range"][1]
     frames = pull_frames(held.grip, 6.0e4)
     near = np.argmin(np.abs(held.grip.pressures - 6.0e4))
     strongest = max(frame.force for frame in frames)
     assert strongest == pytest.approx(held.grip.force(Pull.AWAY)[near], rel=0.1)
-
-
-@pytest.mark.slow
-def test_a_closing_is_computed_once_for_its_settings(held):
-    session = Session(DESCRIPTION, replace(SETTINGS, rate=2e5), lambda _: None)
-    closings, shares = Closings(), []
-    assert closings.of(session, shares.append) is None  # contact is not known yet
-    session.answer = held
-    closing, end = closings.of(session, shares.append), 1.15 * held.wrap.pressure
-    assert closing.course.pressures[-1] == pytest.approx(end)
-    assert closing.course.times[1] == pytest.approx(end / 2e5)
-    assert (shares, shares[-1]) == (sorted(shares), 1.0)
-    session.update(replace(session.settings, pressure=5e4))
-    assert closings.of(session, shares.append) is closings.known(session) is closing
-    session.update(replace(session.settings, rate=1e5))
-    assert closings.known(session) is None
-    session.close()
