@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rods and obstacles that the contact tests share."""
 
-import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from core.actuator_cases import PAPER_TUBE, degrees
 from scipy.optimize import brentq
 
 from spiral_core import (
     Actuator,
     Cylinder,
-    FiberAngles,
     NeoHookean,
     Obstacle,
     Plane,
@@ -18,19 +18,16 @@ from spiral_core import (
     RodLoad,
     RodProblem,
     Section,
-    Tube,
     gripper_from_actuator,
 )
 from spiral_core.actuator.fibers import fiber_state
+from spiral_core.wrap.helix import Helix
 
 LENGTH = 0.36
-INNER, WALL = 4.7625e-3, 0.79375e-3
-OUTER = INNER + WALL
-YOUNG = 0.78e6
-INERTIA = 0.25 * math.pi * (OUTER**4 - INNER**4)
-BENDING = YOUNG * INERTIA
-SECTION = Section((2.0 / 3.0 * BENDING, BENDING, BENDING))
-ANGLES = FiberAngles(alpha=math.radians(88.0), beta=math.radians(70.0))
+INNER, OUTER = PAPER_TUBE.inner_radius, PAPER_TUBE.outer_radius
+SECTION = Section(Section.round(OUTER, 0.78e6, 0.26e6, INNER).stiffness)
+BENDING = SECTION.bending
+ANGLES = degrees(88.0, 70.0)
 
 
 def bar(radius, x, z, friction=0.0):
@@ -55,39 +52,27 @@ def line(length, elements):
 @cache
 def gripper():
     """Return the 70 degree gripper, hanging."""
-    actuator = Actuator(Tube(INNER, WALL, LENGTH), ANGLES, NeoHookean(0.13e6))
-    return gripper_from_actuator(
-        "example",
-        actuator,
-        density=930.0,
-        stiffness=Section.inextensible(BENDING, 2.0 / 3.0 * BENDING),
-    )
-
-
-def rest_strain(stretch):
-    """Return (torsion, 0, curvature) of the 70 degree gripper."""
-    return (fiber_state(ANGLES, stretch).twist / INNER, 0.0, (stretch - 1.0) / INNER)
+    actuator = Actuator(replace(PAPER_TUBE, length=LENGTH), ANGLES, NeoHookean(0.13e6))
+    return gripper_from_actuator("example", actuator, density=930.0, stiffness=SECTION)
 
 
 @cache
-def wrap_stretch(radius):
-    """Return the stretch at which the helix just fits a cylinder."""
-
-    def room(stretch):
-        torsion, _, curvature = rest_strain(stretch)
-        return curvature / (curvature**2 + torsion**2) - OUTER - radius
-
-    return brentq(room, 1.02, 1.3, xtol=1e-15)
-
-
 def curled(radius, fraction):
-    """Return the rest strain at a fraction of the stretch that wraps a cylinder."""
-    return rest_strain(1.0 + fraction * (wrap_stretch(radius) - 1.0))
+    """Return the gripper's rest strain at a fraction of the stretch that wraps a cylinder."""
+
+    def strain(more):
+        return fiber_state(ANGLES, 1.0 + more).twist / INNER, 0.0, more / INNER
+
+    def room(more):
+        torsion, _, curvature = strain(more)
+        return Helix(curvature, torsion).radius - OUTER - radius
+
+    return strain(fraction * brentq(room, 0.02, 0.3, xtol=1e-15))
 
 
 def grip(radius, fraction, friction=0.0, shift=0.0):
     """Return the gripper tangent to a cylinder, which is shifted along its axis."""
     axis = np.array(curled(radius, 1.0))
-    obstacle = Obstacle.along(Cylinder(radius), (0.0, radius + OUTER, 0.0), axis, friction)
-    obstacle = obstacle.moved(shift * axis / np.linalg.norm(axis))
+    point = (0.0, radius + OUTER, 0.0) + shift * axis / np.linalg.norm(axis)
+    obstacle = Obstacle.along(Cylinder(radius), point, axis, friction)
     return RodProblem(Rod(LENGTH, SECTION, OUTER, curled(radius, fraction)), obstacles=(obstacle,))

