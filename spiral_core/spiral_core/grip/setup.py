@@ -273,11 +273,15 @@ def hanging_tube(setup: GripSetup) -> RodState:
     if inside or at_base < 0.0 or state.normal_forces.any():
         free = solve_contact(replace(problem, obstacles=()), elements=count)
         at = np.linspace(0.0, problem.rod.length, PLACES * count + 1)
-        tube = np.stack([np.interp(at, free.arc_lengths, x) for x in free.positions.T], axis=1)
-        gaps = distances(setup.obstacle, tube, radius)[0]
+        shapes = [np.stack([np.interp(at, free.arc_lengths, x) for x in free.positions.T], axis=1)]
         near = np.minimum(1.0, (at / (GIVES_WAY * radius)) ** 3)
-        if (gaps < -radius * (PUSHED_ASIDE * near + ROUNDING)).any():
-            raise _in_the_way(setup, float(gaps.min()))
+        if not inside:  # it leans on the object; wedged is what neither bends away at the clamp
+            shapes.append(np.outer(at, (1.0, 0.0, 0.0)))
+            near[at > GIVES_WAY * radius] = np.inf
+        gaps = np.max([distances(setup.obstacle, shape, radius)[0] for shape in shapes], axis=0)
+        wedged = gaps < -radius * (PUSHED_ASIDE * near + ROUNDING)
+        if wedged.any():
+            raise _in_the_way(setup, float(gaps[wedged].min()))
         if inside:
             state = solve_contact(problem, start=free.positions, elements=count, throw=False)
     if state.status is not RodStatus.CONVERGED:
