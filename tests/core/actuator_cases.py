@@ -37,7 +37,7 @@ angles = st.one_of(
     st.floats(-90.0, -0.1),
     st.sampled_from([90.0, -90.0, 89.9999999, 88.0, 54.735610317245346]),
 )
-near_pairs = st.tuples(st.floats(5.0, 85.0), st.floats(0.01, 1.0)).map(lambda p: (p[0], sum(p)))
+near_pairs = st.tuples(st.floats(5.0, 85.0), st.floats(0.01, 1.0)).map(np.cumsum)
 fiber_pairs = (
     st.one_of(st.tuples(angles, angles), near_pairs)
     .filter(lambda pair: abs(sin(radians(pair[0] - pair[1]))) > 1.1e-4)

@@ -69,15 +69,15 @@ def energy_of(case, count):
     def energy(q):
         x = product(q[..., :-1, :] * BACK, q[..., 1:, :])[..., :3]
         u = 2.0 / h * x * series(dot(x, x))
-        a, pull = seen(q, n), seen(q, weight)[..., :1]
+        a = seen(q, n)
         bent = times(k, u) - c
         middle = 0.5 * (a[..., :-1, :] + a[..., 1:, :])
         g = times(dk, u) - dc + np.cross(u, bent) + np.cross(TANGENT, middle)
         elastic = 0.5 * h * dot(u, bent - c)
         lean = h**2 / 12.0 * dot(u, np.cross(TANGENT, np.diff(a, axis=-2)))
         relaxed = h**3 / 24.0 * dot(g, times(soft, g))
-        loads = h * middle[..., :1] + h**2 / 12.0 * np.diff(pull, axis=-2)
-        return rest_energy + np.sum(elastic + lean - relaxed - loads, axis=(-1, -2))
+        loads = h * middle + h**2 / 12.0 * np.diff(seen(q, weight), axis=-2)
+        return rest_energy + np.sum(elastic + lean - relaxed - loads[..., :1], axis=(-1, -2))
 
     return energy, soft
 

@@ -7,83 +7,68 @@ positions in space and their spectral derivatives, volume from the flux through 
 gradients from the complex step. Lengths are in units of the wound fibers' radius.
 """
 
-from dataclasses import dataclass
 from math import cos, sin, tan
 
 import numpy as np
+from scipy.fftpack import diff
 from scipy.optimize import minimize
 
 POINTS = 21  # odd: the derivative then sees every mode
+GRID = 2.0 * np.pi * np.arange(POINTS) / POINTS
+# Of a closed curve, around the section.
+DERIVATIVE = np.transpose([diff(one) for one in np.eye(POINTS)])
 
 
-@dataclass(frozen=True)
-class BruteSection:
-    """Fibers by their angles [rad], with single fibers at whole steps around the section."""
+def least_section(families, gamma, singles, energy, load):
+    """Return stretch, curvature and torsion of least energy(I1, I2) - load x volume.
 
-    families: tuple
-    single_angle: float
-    singles: list
+    Per unstretched length, in units of the wound fibers' radius. Fibers are given by their angles
+    [rad], the single ones by their whole steps around the section too; the volume is over that at
+    rest.
+    """
+    start = np.concatenate((np.zeros(POINTS), GRID, (1.0, 0.01 * bool(singles), tan(gamma), 1.0)))
 
-    def state(self, x):
+    def state(x):
         """Return metric components (axial, mixed, hoop) and the volume per length over pi."""
-        shift, angle = x[:POINTS], x[POINTS : 2 * POINTS]
-        stretch, bend, torsion, radius = x[2 * POINTS :]
-        turn = np.array([torsion, 0.0 * bend, bend])
-        rise = np.array([stretch, 0.0, 0.0])
-        start = np.stack((0.0 * angle, radius * np.cos(angle), radius * np.sin(angle)), axis=1)
-        points = screwed(start, shift, turn, rise)
-        along = DERIVATIVE @ points
-        spin = np.cross(turn, points)
-        axial = rise + spin - tan(self.single_angle) * along
+        shift, angle, (stretch, bend, torsion, radius) = np.split(x, (POINTS, 2 * POINTS))
+        turn, rise = np.array([(torsion, 0.0, bend), (stretch, 0.0, 0.0)])
+        ring = radius * np.stack((0.0 * angle, np.cos(angle), np.sin(angle)), axis=1)
+        points = screwed(ring, shift, turn, rise)
+        along, spin = DERIVATIVE @ points, np.cross(turn, points)
+        axial = rise + spin - tan(gamma) * along
         cone = (0.5 * rise + spin / 3.0) * np.cross(points, along)
         pairs = (axial, axial), (axial, along), (along, along)
         return *(np.sum(a * b, axis=1) for a, b in pairs), np.sum(cone) * 2.0 / POINTS
 
-    def constraints(self, x):
+    def constraints(x):
         """Return what must vanish: fibers' stretch, and two choices of origin."""
-        metric = np.stack(self.state(x)[:3])
+        metric = np.stack(state(x)[:3])
 
         def stretched(metric, phi):
             c, s = cos(phi), sin(phi)
             return np.array([c * c, 2.0 * s * c, s * s]) @ metric - 1.0
 
-        parts = [stretched(metric, angle) for angle in self.families]
-        parts.append(stretched(metric[:, self.singles], self.single_angle))
-        parts.append([np.sum(x[:POINTS])])
-        if not self.singles:  # else the direction of bending fixes the angles
-            parts.append([np.sum(x[POINTS : 2 * POINTS] - GRID)])
+        parts = [stretched(metric, angle) for angle in families]
+        parts += [stretched(metric[:, singles], gamma), [np.sum(x[:POINTS])]]
+        if not singles:  # else the direction of bending fixes the angles
+            parts.append([np.sum((x - start)[POINTS : 2 * POINTS])])
         return np.concatenate(parts)
 
-    def solve(self, energy, pressure, wall):
-        """Return stretch, curvature and torsion of least wall x energy(I1, I2) - pressure x volume.
+    def total(x):
+        axial, mixed, hoop, volume = state(x)
+        area, trace = axial * hoop - mixed * mixed, axial + hoop
+        density = np.mean(energy(trace + 1.0 / area, area + trace / area))
+        return (density - load * volume) / 1.0e5
 
-        Per unstretched length, in units of the wound fibers' radius.
-        """
-        guess = [1.0, 0.01 * bool(self.singles), tan(self.single_angle), 1.0]
-
-        def total(x):
-            axial, mixed, hoop, volume = self.state(x)
-            area, trace = axial * hoop - mixed * mixed, axial + hoop
-            density = np.mean(energy(trace + 1.0 / area, area + trace / area))
-            return (density - pressure * volume / wall) / 1.0e5
-
-        found = minimize(
-            lambda x: float(total(x)), np.concatenate((np.zeros(POINTS), GRID, guess)),
-            jac=lambda x: gradient(total, x), method="SLSQP",
-            constraints={
-                "type": "eq", "fun": self.constraints,
-                "jac": lambda x: gradient(self.constraints, x),
-            },
-            options={"maxiter": 400, "ftol": 1e-15},
-        )  # fmt: skip
-        assert np.abs(self.constraints(found.x)).max() < 1e-9, found.message
-        return found.x[2 * POINTS : -1]
-
-
-GRID = 2.0 * np.pi * np.arange(POINTS) / POINTS
-ORDERS = np.fft.fftfreq(POINTS, 1.0 / POINTS)
-# Of a closed curve, around the section.
-DERIVATIVE = np.real(np.fft.ifft(1j * ORDERS[:, None] * np.fft.fft(np.eye(POINTS), axis=0), axis=0))
+    found = minimize(
+        total, start, jac=lambda x: gradient(total, x), method="SLSQP",
+        constraints={
+            "type": "eq", "fun": constraints, "jac": lambda x: gradient(constraints, x),
+        },
+        options={"maxiter": 400, "ftol": 1e-15},
+    )  # fmt: skip
+    assert np.abs(constraints(found.x)).max() < 1e-9, found.message
+    return found.x[2 * POINTS : -1]
 
 
 def screwed(points, shift, turn, velocity):
@@ -98,5 +83,5 @@ def screwed(points, shift, turn, velocity):
 
 def gradient(function, x):
     """Return the derivative of a vector function by the complex step, (..., n)."""
-    columns = [np.imag(function(x + 1e-30j * one)) / 1e-30 for one in np.eye(len(x))]
-    return np.stack(columns, axis=-1)
+    columns = [np.imag(function(x + step)) for step in 1e-30j * np.eye(len(x))]
+    return np.transpose(columns) / 1e-30

@@ -5,7 +5,6 @@ import pkgutil
 import re
 from importlib import metadata
 
-import pytest
 from repo.source_tree import (
     PACKAGES,
     PYTHON_PACKAGES,
@@ -16,12 +15,6 @@ from repo.source_tree import (
 )
 from ruamel.yaml import YAML
 
-# import name -> what PyPI calls it
-LIBRARIES = {
-    **{name: name for name in ("click", "matplotlib", "numba", "numpy", "rich", "scipy")},
-    "ruamel": "ruamel.yaml",
-    "serial": "pyserial",
-}
 # Used by launch files, which are shipped for those who have them: not on PyPI.
 NOT_ON_PYPI = {"launch", "launch_ros", "xacro"}
 # Imported by name, where they are installed: none is on PyPI.
@@ -29,15 +22,18 @@ OPTIONAL = {"control_msgs", "tf2_msgs", "tf2_ros"}
 # Used by the studio alone, where it was installed by pip: rosdep has no key for them.
 PIP_ONLY = {"trimesh", "viser"}
 
-
-def apt(name):
-    """Return what apt and rosdep call what is imported by some name."""
-    return f"python3-{LIBRARIES[name].removeprefix('py')}" if name in LIBRARIES else name
-
-
 # What pyproject.toml hands to packaging/ros_metadata.py.
 (STATED,) = pyproject()["tool"]["dynamic-metadata"]
 EXTRAS = pyproject()["project"]["optional-dependencies"]
+
+
+def library(line):
+    """Return a requirement's import name; what apt and rosdep call it, with the lower bound."""
+    name, bound = line.removeprefix("py").split(">=")
+    return name.removesuffix(".yaml"), (f"python3-{name}", bound)
+
+
+LIBRARIES = dict(map(library, STATED["dependencies"] + EXTRAS["plot"] + EXTRAS["regulators"]))
 
 
 def names(requirements):
@@ -45,9 +41,20 @@ def names(requirements):
     return {re.split(r"[<>=!~;\[ ]", line)[0] for line in requirements}
 
 
-def dependencies(package, tag):
-    """Return what a package.xml names under a tag."""
-    return {element.text for element in package_xml(package).iter(tag)}
+# What running and what building with ROS needs.
+BUILD = pyproject()["tool"]["scikit-build"]["build"]["requires"]
+REQUIRED = names(STATED["ros-dependencies"]), names(BUILD)
+
+
+def wheels(packages):
+    """Return the wheels of ROS packages."""
+    return {f"ros-jazzy-{name.replace('_', '-')}" for name in packages}
+
+
+def dependencies(package, *tags):
+    """Return what a package.xml names under tags, with the lower bounds."""
+    elements = (each for tag in tags for each in package_xml(package).iter(tag))
+    return {element.text: element.get("version_gte") for element in elements}
 
 
 def read(*parts):
@@ -67,67 +74,47 @@ def test_version_and_license_are_the_same_everywhere():
     assert metadata.version("spiral-gripper") == facts[0]
 
 
-@pytest.mark.parametrize("package", PYTHON_PACKAGES)
-def test_package_xml_names_what_is_imported_with_its_lower_bounds(package):
-    expected = {apt(name) for name in external_imports(package) - PIP_ONLY}
-    folder = ROOT / package
-    shown = "".join(
-        path.read_text("utf-8") for path in (*folder.glob("launch/*.py"), *folder.glob("rviz/*"))
-    )
-    expected |= set(re.findall(r'(?:package="|Class: )(\w+)["/]', shown))
-    expected |= OPTIONAL if package == "spiral_gripper_ros" else set()
-    found = dependencies(package, "depend") | dependencies(package, "exec_depend")
-    assert found == expected - {package}
-    lines = [*STATED["dependencies"], *EXTRAS["plot"], *EXTRAS["regulators"]]
-    bounds = dict(line.split(">=") for line in lines)
-    by_key = {apt(name): bounds[LIBRARIES[name]] for name in LIBRARIES}
-    for element in package_xml(package).iter("exec_depend"):
-        assert element.get("version_gte") == by_key.get(element.text), element.text
+def test_package_xml_names_what_is_imported_with_its_lower_bounds_and_its_tests():
+    for package in PYTHON_PACKAGES:
+        folder = ROOT / package
+        paths = *folder.glob("launch/*.py"), *folder.glob("rviz/*")
+        shown = "".join(path.read_text("utf-8") for path in paths)
+        used = external_imports(package) | {*re.findall(r'(?:package="|Class: )(\w+)["/]', shown)}
+        used |= OPTIONAL if package == "spiral_gripper_ros" else set()
+        expected = dict(LIBRARIES.get(name, (name, None)) for name in used - PIP_ONLY - {package})
+        assert dependencies(package, "depend", "exec_depend") == expected
+        tested = dependencies(package, "test_depend").keys()
+        assert tested >= {"python3-pytest", "python3-hypothesis"}
+        assert 'extras_require={"test": ["pytest"]}' in read(package, "setup.py")  # colcon: tested
+        own, tests = read(package, "setup.cfg").partition("testpaths = ")[2].split()[:2]
+        assert list((folder / tests).glob("test_*.py"))
+        assert (folder / own / "py.typed").is_file()
 
 
 def test_pyproject_names_what_is_imported():
     imported = set().union(*map(external_imports, PYTHON_PACKAGES))
-    libraries = {LIBRARIES[name] for name in imported & LIBRARIES.keys()}
-    optional = names(EXTRAS["plot"] + EXTRAS["regulators"])
-    assert names(STATED["dependencies"]) == libraries - optional
+    assert imported >= LIBRARIES.keys()
     assert names(EXTRAS["studio"]) >= PIP_ONLY
-    ros = imported - LIBRARIES.keys() - set(PACKAGES) - NOT_ON_PYPI - PIP_ONLY
     run, build = REQUIRED
+    ros = imported - LIBRARIES.keys() - {*PACKAGES} - NOT_ON_PYPI - PIP_ONLY
     assert wheels(ros) <= run
-    assert {name.split("-")[1] for name in run | build if name.startswith("ros-")} == {"jazzy"}
-
-
-def wheels(packages):
-    """Return the wheels of ROS packages."""
-    return {f"ros-jazzy-{name.replace('_', '-')}" for name in packages}
-
-
-# What running and what building with ROS needs.
-BUILD = pyproject()["tool"]["scikit-build"]["build"]["requires"]
-REQUIRED = names(STATED["ros-dependencies"]), names(BUILD)
-
-
-@pytest.mark.parametrize("package", PYTHON_PACKAGES)
-def test_colcon_finds_the_tests_of_each_package_its_types_and_its_name(package):
-    own, tests = read(package, "setup.cfg").partition("testpaths = ")[2].split()[:2]
-    assert list((ROOT / package / tests).glob("test_*.py"))
-    assert 'extras_require={"test": ["pytest"]}' in read(package, "setup.py")  # by this it knows
-    assert {"python3-pytest", "python3-hypothesis"} <= dependencies(package, "test_depend")
-    assert (ROOT / package / own / "py.typed").is_file()
-    assert (ROOT / package / "resource" / package).is_file()
+    assert {*re.findall(r"\bros-(\w+)-", " ".join(run | build))} == {"jazzy"}
 
 
 def test_cmake_lists_all_interfaces_and_the_packages_they_use():
     cmake = read("spiral_gripper_msgs", "CMakeLists.txt")
     call = re.search(r"rosidl_generate_interfaces\((.*?)DEPENDENCIES(.*?)\)", cmake, re.DOTALL)
     folder = ROOT / "spiral_gripper_msgs"
-    paths = [path for kind in ("msg", "srv", "action") for path in folder.glob(f"{kind}/*.{kind}")]
-    listed = {path.relative_to(folder).as_posix() for path in paths}
-    assert set(re.findall(r'"(.+?)"', call[1])) == listed
-    text = "".join(path.read_text("utf-8") for path in paths)
+    texts = {
+        path.relative_to(folder).as_posix(): path.read_text("utf-8")
+        for kind in ("msg", "srv", "action")
+        for path in folder.glob(f"{kind}/*.{kind}")
+    }
+    assert set(re.findall(r'"(.+?)"', call[1])) == texts.keys()
+    text = "".join(texts.values())
     fields = re.findall(r"^(\w+)/\w+(?:\[.*?\])?\s+\w+", text, re.MULTILINE)
     used = set(fields) - {"spiral_gripper_msgs"}
-    assert set(call[2].split()) == used == dependencies("spiral_gripper_msgs", "depend")
+    assert set(call[2].split()) == used == dependencies("spiral_gripper_msgs", "depend").keys()
     assert all(wheels(used) <= required for required in REQUIRED)
 
 

@@ -18,7 +18,7 @@ from spiral_gripper_ros.regulators.parameters import REGULATOR_PARAMETERS
 from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import SimulatedRegulatorParameters
 
-DOCS, README = ROOT / "docs", ROOT / "README.md"
+DOCS = ROOT / "docs"
 PATHS = sorted([*DOCS.glob("*.md"), *DOCS.glob("derivations/*.md"), *ROOT.glob("*.md")])
 TEXTS = {path: path.read_text("utf-8") for path in PATHS}
 LINK = re.compile(r"""(?:\]\(|src=")(?!\w+:)([^)"\s#]*)(?:#([^)\s]*))?[)"]""")
@@ -28,14 +28,12 @@ WRITTEN = re.compile(r"<!-- (?:table|From) .*?<!-- end -->", re.DOTALL)
 # Parameters that a command may set.
 SPECS = (RadiusParameters.specs(), SimulatedRegulatorParameters.specs())
 SET = {spec.name for specs in (*SPECS, PARAMETERS, REGULATOR_PARAMETERS) for spec in specs}
-every_page = pytest.mark.parametrize("path", PATHS, ids=lambda path: path.name)
 
 
 def anchors(page):
     """Return what forge and site make of a page's headings."""
-    headings = re.findall(r"^#+ (.*)$", FENCED.sub("", page), re.MULTILINE)
-    kept = (re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings)
-    return {heading.strip().replace(" ", "-") for heading in kept}
+    headings = re.findall(r"^#+ (.*)$", FENCED.sub("", page).lower(), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading).strip().replace(" ", "-") for heading in headings}
 
 
 def test_the_tables_are_as_the_code_states_them():
@@ -45,8 +43,8 @@ def test_the_tables_are_as_the_code_states_them():
     assert sorted(name for _, name, _ in BLOCK.findall("".join(TEXTS.values()))) == sorted(tables())
 
 
-@every_page
-def test_every_link_leads_to_a_file_and_its_heading(path):
+@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.name)
+def test_links_lead_to_headings_and_commands_have_the_options_parameters_and_targets(path):
     for target, anchor in LINK.findall(FENCED.sub("", TEXTS[path])):
         linked = (path.parent / target).resolve() if target else path
         assert linked.exists(), target
@@ -55,14 +53,8 @@ def test_every_link_leads_to_a_file_and_its_heading(path):
             assert linked.suffix != ".md" or DOCS in linked.parents, target
         if anchor:
             assert anchor in anchors(TEXTS[linked]), f"{target}#{anchor}"
-
-
-# A changelog tells of yesterday's commands.
-@pytest.mark.parametrize(
-    "path", [path for path in PATHS if path.stem != "CHANGELOG"], ids=lambda path: path.name
-)
-def test_the_commands_of_a_page_have_the_options_parameters_and_targets_it_names(path):
-    page = TEXTS[path].replace("\\\n", " ")
+    # A changelog tells of yesterday's commands.
+    page = TEXTS[path].replace("\\\n", " ") if path.stem != "CHANGELOG" else ""
     for line in re.findall(r"spiral-gripper ([a-z].*?)(?:`|#|$)", page, re.MULTILINE):
         command, context = spiral_gripper, click.Context(spiral_gripper)
         words = line.split()
@@ -71,9 +63,7 @@ def test_the_commands_of_a_page_have_the_options_parameters_and_targets_it_names
             assert command is not None, line
         known = {option for parameter in command.params for option in parameter.opts}
         assert {word for word in words if word.startswith("--")} <= known, line
-    launch = "".join(
-        file.read_text("utf-8") for file in ROOT.glob("spiral_gripper_ros/launch/*.py")
-    )
+    launch = "".join(file.read_text("utf-8") for file in ROOT.glob("*/launch/*.py"))
     for name in re.findall(r"(?:-p |`)(\w[\w.]*):=", page):
         assert name in {*SET, "use_sim_time"} or f'"{name}"' in launch, name
     makefile = (ROOT / "Makefile").read_text("utf-8")
@@ -86,12 +76,10 @@ def test_a_page_is_read_in_a_few_minutes():
         assert len(re.findall(r"\S*\w\S*", WRITTEN.sub("", TEXTS[path]))) <= LONGEST, path
 
 
-@pytest.mark.parametrize(
-    "page", [README, DOCS / "derivations/derivatives.md"], ids=lambda page: page.name
-)
-def test_the_python_of_a_page_prints_what_it_says(page):
-    pairs = list(pairwise(FENCED.findall(TEXTS[page])))
-    programs = [(text, *after) for (language, text), after in pairs if language == "python"]
-    assert programs
-    for text, kind, output in programs:
-        assert (kind, output.strip()) == ("text", printed_by_python(text).strip())
+def test_the_python_of_a_page_prints_what_it_says():
+    for page in ("README.md", "docs/derivations/derivatives.md"):
+        blocks = FENCED.findall(TEXTS[ROOT / page])
+        programs = [(text, *after) for (kind, text), after in pairwise(blocks) if kind == "python"]
+        assert programs
+        for text, kind, output in programs:
+            assert (kind, output.strip()) == ("text", printed_by_python(text).strip())
