@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from core.rod_cases import remade, stiffness_at
+from core.rod_cases import stiffness_at, vectors_at
 from scipy.spatial.transform import Rotation
 
 from spiral_core import (
@@ -55,6 +55,21 @@ class Raised:
     def distance(self, points):
         distance, *slopes = self.shape.distance(points)
         return distance - self.by, *slopes
+
+
+def remade(rod, ratio, stiffness, strain):
+    """Return a rod so many times as long, with these functions of what it has at each fraction."""
+
+    def section(s):
+        return stiffness(stiffness_at(rod.section, s / ratio))
+
+    def rest(s):
+        return strain(vectors_at(rod.rest_strain, s / ratio))
+
+    length, *breaks = ratio * np.array((rod.length, *rod.breaks))
+    if not callable(rod.section):
+        section, rest = Section(section(np.zeros(1))[0]), rest(np.zeros(1))[0]
+    return Rod(length, section, rod.radius, rest, breaks=(*breaks,))
 
 
 def moved(problem, columns, way):
