@@ -6,13 +6,12 @@ it. Why a figure is right is asked elsewhere: closed forms, references, invarian
 """
 
 import json
-import os
-import re
 from enum import Enum
 from numbers import Real
 from pathlib import Path
 
 import numpy as np
+from records import RECORDING, alike
 
 from spiral_core import SpiralError
 
@@ -23,7 +22,6 @@ LEFT_OUT = {
     "outer_radius", "curve", "tried", "candidate", "elastomer", "margins", "sentence", "unit",
     "actuation", "stiffness", "trial",
 }  # fmt: skip
-NUMBER = re.compile(r"(\d+\.\d+)")
 
 
 def said(ask, *given):
@@ -55,20 +53,12 @@ def told(value, at=""):
     return {place: leaf for each in shown for place, leaf in each.items()}
 
 
-def alike(found, known):
-    """Return whether words agree, and numbers to one unit of their last digit."""
-    one, other = NUMBER.split(found), NUMBER.split(known)
-    pairs = zip(one[1::2], other[1::2], strict=False)
-    near = (abs(float(a) - float(b)) < 1.1 / 10 ** len(b.split(".")[1]) for a, b in pairs)
-    return one[::2] == other[::2] and all(near)
-
-
 def recorded(place, value):
     """Compare a result with what is recorded at a place, FILE/NAME."""
     file, name = place.split("/")
     path, found = Path(__file__).parent / "records" / f"{file}.json", told(value)
     records = json.loads(path.read_text("utf-8")) if path.exists() else {}
-    if os.environ.get("RECORD"):
+    if RECORDING:
         text = json.dumps(records | {name: found}, indent=0, sort_keys=True, ensure_ascii=False)
         path.write_text(text + "\n", "utf-8")
         return

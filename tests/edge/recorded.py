@@ -7,7 +7,6 @@ that were recorded, and the whole numbers; other numbers may differ by one unit 
 """
 
 import math
-import os
 import re
 from difflib import unified_diff
 from itertools import zip_longest
@@ -24,9 +23,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.spines import Spine
 from matplotlib.text import Text
+from records import RECORDING, alike
 
 RECORDS = Path(__file__).parent / "records"
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 # What rounding decides: how far contact sinks in, what is left after the coil snaps; click's words.
 VAGUE = re.compile(
     r"(?<=sinks in by )\S+|(?<=^after that ).*|(?<=^after_loss).*|No such option.*?(?= Give|$)"
@@ -78,26 +77,12 @@ def check(name, case, lines):
     pairs = zip_longest(plain, kept[case], fillvalue="")
     found = [then if alike(now, then) else now for now, then in pairs]
     changed = "\n".join(unified_diff(kept[case], found, "recorded", "now", n=0, lineterm=""))
-    if not os.environ.get("RECORD"):
+    if not RECORDING:
         assert not changed, changed
     elif changed:
         answers = (kept | {case: plain}).items()
         text = "".join("\n".join((f"$ {each}".rstrip(), *answer, "")) for each, answer in answers)
         (RECORDS / name).write_text(text, "utf-8")
-
-
-def alike(now, then):
-    """Return whether two lines differ by no more than rounding."""
-    numbers = zip(NUMBER.findall(now), NUMBER.findall(then), strict=False)
-    return NUMBER.sub("0", now) == NUMBER.sub("0", then) and all(near(*pair) for pair in numbers)
-
-
-def near(one, other):
-    """Return whether two numbers differ by one unit of the last digit, or a millionth, at most."""
-    decimals = max(len(each.partition(".")[2]) for each in (one, other))
-    exact = decimals == 0 and len(one) < 4
-    tolerance = 0.0 if exact else max(1.01 * 10.0**-decimals, 1e-6 * abs(float(other)))
-    return abs(float(one) - float(other)) <= tolerance
 
 
 def document(value, name=""):

@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Records of what users see, compared with what comes out now.
 
-A change on purpose is recorded by RECORD_INTERFACES=1 pytest tests/ros, looked at with git diff,
+A change on purpose is recorded by RECORD=1 pytest tests/ros, looked at with git diff,
 and told in CHANGELOG.md.
 """
 
-import os
-import re
 from enum import Enum
 from itertools import zip_longest
 from pathlib import Path
 
-import pytest
 import yaml
+from records import RECORDING, alike
 
 TIMES = "stamp", "solve_time"
 
@@ -41,16 +39,8 @@ def told(*values):
 def agrees(name, found):
     """Compare a text with the record of this name, which is written first if that is asked for."""
     record = Path(__file__).parent / f"records/{name}.txt"
-    if os.environ.get("RECORD_INTERFACES"):
+    if RECORDING:
         record.write_text(found, encoding="utf-8")
     kept = record.read_text(encoding="utf-8").splitlines()
     pairs = zip_longest(found.splitlines(), kept, fillvalue="")
-    assert [old if is_alike(new, old) else new for new, old in pairs] == kept
-
-
-def is_alike(line, other):
-    """Return whether only the rounding of numbers differs: 1e-6, or the last of three digits."""
-    new, old = (re.split(r"(\d+(?:\.\d+)?)", one) for one in (line, other))
-    last = [1.01 * 10.0 ** (x.find(".") - len(x) + 1) * (len(x) > 3) for x in old[1::2]]
-    near = [pytest.approx(float(x), abs=unit) for x, unit in zip(old[1::2], last, strict=True)]
-    return new[::2] == old[::2] and list(map(float, new[1::2])) == near
+    assert [old if alike(new, old) else new for new, old in pairs] == kept
