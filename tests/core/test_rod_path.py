@@ -11,10 +11,10 @@ import pytest
 from numpy.linalg import norm
 from numpy.testing import assert_allclose, assert_array_equal
 
-from spiral_core import Rod, RodLoad, Section, solve_rod
+from spiral_core import Rod, RodLoad, RodProblem, Section, solve_rod
 from spiral_core.rod.batch import solve_rods
 from spiral_core.rod.equilibria import find_equilibria
-from spiral_core.rod.path import follow_path
+from spiral_core.rod.path import follow_path, follow_rod
 
 # Found among random rods: snaps once while its rest strain grows, between these two.
 CLOSE = np.array(((-27.940276, 0.0, 40.295417), (-28.087614, 0.0, 40.484126)))
@@ -96,3 +96,13 @@ def test_a_batch_is_its_rods_bit_by_bit_and_in_threads():
         many = getattr(batch, field.name)
         assert_array_equal(many, getattr(threaded, field.name))
         assert_array_equal(many, [getattr(state, name) for state in alone])
+
+
+def test_a_rod_that_leaves_its_plane_has_not_snapped():
+    """At a bifurcation it goes on, as the mixed element says: no event."""
+    rod = Rod(0.36, Section.inextensible(2.7e-4, 1.8e-4), rest_strain=(0.0, 3.0, 0.0))
+    angles = np.linspace(0.5 * np.pi, 2.95, 50)
+    problems = [RodProblem(rod, RodLoad((0.6 * np.cos(a), 0.0, 0.6 * np.sin(a)))) for a in angles]
+    path = follow_rod(problems, elements=60)
+    assert path.events == ()
+    assert abs(path.states[-1].tip_position[1]) > 0.01

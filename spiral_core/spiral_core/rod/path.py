@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,6 +36,8 @@ from spiral_core.validation import require_all
 # At the very end of a branch the equilibrium is ill-conditioned: there it is found less sharply.
 PATH_TOLERANCE = 1e-4
 SETTLING_ITERATIONS = 10
+# A rod that moves by no more than this part of its length has not snapped.
+NEXT_TO = 1e-2
 
 
 def follow_rod(
@@ -89,11 +92,20 @@ def follow_rod(
     mixed = mixed or (isinstance(start, RodState) and start.element is RodElement.MIXED)
     if problems and not mixed and all(is_hanging(problem) for problem in problems):
         rods, loads = [each.rod for each in problems], [each.load for each in problems]
-        return follow_path(rods, loads, elements=elements, start=start)
+        path = follow_path(rods, loads, elements=elements, start=start)
+        return replace(path, events=tuple(filter(_has_snapped, path.events)))
     return follow_contact(
         problems, start=start, elements=elements, largest_increment=largest_increment,
         smallest_increment=smallest_increment, stop_at_event=stop_at_event,
     )  # fmt: skip
+
+
+def _has_snapped(fold: RodEvent) -> bool:
+    """Return whether a rod moved at a fold: next to a bifurcation it may go on all but there."""
+    if fold.after is None:
+        return True
+    moved = np.abs(fold.after.positions - fold.before.positions).max()
+    return bool(moved > NEXT_TO * fold.before.arc_lengths[-1])
 
 
 def follow_path(
