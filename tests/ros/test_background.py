@@ -1,39 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the node's process does beside its commands: questions, garbage, escaped exceptions."""
+"""What the node's process does beside its commands: garbage, escaped exceptions."""
 
 import gc
-import logging
-import threading
 import weakref
 from unittest.mock import Mock
 
 import pytest
-import rclpy.executors
 from rclpy.executors import ExternalShutdownException
 
 from spiral_gripper_ros.node.garbage import GarbageFreezer
 from spiral_gripper_ros.process.guards import LONGEST_FAILURE, ErrorLog, GuardedLoop
-from spiral_gripper_ros.runtime.background import Background
-
-
-def test_questions_that_wait_when_the_node_ends_are_dropped_without_a_word(caplog):
-    background = Background()
-    begun, end, begun_next = threading.Event(), threading.Event(), threading.Event()
-
-    def first():
-        begun.set()
-        end.wait(60.0)
-
-    executor = Mock(spec=rclpy.executors.Executor)
-    background.plans.ask(executor, first)
-    assert begun.wait(60.0)
-    with caplog.at_level(logging.ERROR, logger="concurrent.futures"):
-        waiting = background.plans.ask(executor, begun_next.set)
-        assert not begun_next.wait(0.2)  # one at a time
-        background.end()
-        end.set()
-    assert not waiting.done()
-    assert not caplog.records
 
 
 class Loaded:

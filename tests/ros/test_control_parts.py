@@ -7,12 +7,10 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from ros.control_bench import rows, snapshot
+from ros.control_bench import rows
 
-from spiral_gripper_ros.control.grasp import Grasp, GraspGoal
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.radius_gate import RadiusGate
-from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.control.target import LONGEST_STEP, capped_pressure, ramped_pressure
 
 LIMITS = Limits(
@@ -83,14 +81,3 @@ def test_a_real_step_is_believed_after_the_same_time_at_any_message_rate(period)
     while judge(gate, now, 0.02 + step):
         now += period
     assert expected - 1e-9 <= now <= expected + period + 1e-9
-
-
-@pytest.mark.parametrize(
-    "row", ["8e4 5e4 4e4 0.75", "5e4 5e4 5e4 1", "2e4 6e4 5e4 1", "5e4 4e4 5e4 0"]
-)
-def test_progress_is_the_commands_part_of_the_way(row):
-    start, command, target, expected = map(float, row.split())
-    seen = snapshot(State.GRASPING, pressure_target=target, pressure_command=start)
-    asked = Grasp(GraspGoal(0.02), 0.0, seen, LIMITS)
-    asked.update(1.0, replace(seen, pressure_command=command))
-    assert asked.report.progress == pytest.approx(expected)

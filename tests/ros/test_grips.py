@@ -234,24 +234,6 @@ TRACKING NONE 1.08 held 0: use curling=1.08; turn 9 2 3; wrap 0.02 0.4 ratio=nan
 """
 
 
-def test_what_a_plan_states_of_the_nodes_own_changes_nothing(known):
-    """Gravity and friction; the loss counts where no force is known; another friction is told."""
-    for row in ("use lost=no", "use curling=1.08", "use loss=1.1", "use lost=yes"):
-        known.follow(row)
-        for above in (None, 8e3):
-            fields = {} if above is None else {"overpressure": above}
-            plain, *stated = (
-                known.plan(0.02, **fields, **more)
-                for more in ({}, {"gravity": "own"}, {"friction_coefficient": 0.3})
-            )
-            assert all(answer.message == plain.message for answer in stated)
-            assert plain.success is not (known.lost or (above and known.loss < 1.12))
-    known.follow("use lost=no loss=1.3")
-    other = known.plan(0.02, friction_coefficient=0.5)
-    assert other.success
-    assert "contact is not judged: compute_grip does that" in other.message
-
-
 @pytest.mark.parametrize("row", rows(COURSES))
 def test_the_pressure_lies_within_the_window_of_the_grip_or_is_refused(known, row):
     expected, steps = row.split(": ")
@@ -335,10 +317,15 @@ use margin=none; plan pose=there; plan pose=there compute_grip=yes
 plan nan 0.02 0.001 inf 0 -1; plan axis=nothing; plan gravity=nowhere; plan length=0.01
 plan pose=no_pose compute_grip=yes; plan payload=-1; plan friction_coefficient=-0.1;
   plan overpressure=1e6; plan overpressure=-1
-use lost=yes; plan; plan gravity=sideways; plan compute_grip=yes; grasp 0; wrap 0.02 0.1
+use lost=yes; plan; plan gravity=own; plan friction_coefficient=0.3; plan gravity=sideways;
+  plan compute_grip=yes; grasp 0; wrap 0.02 0.1
 give never=0.02; plan compute_grip=yes
+give never=none; use lost=no onset=0.98 curling=1.05; plan; plan gravity=own;
+  plan friction_coefficient=0.3; plan friction_coefficient=0.5
+use loss=1.1; plan overpressure=8e3; plan overpressure=8e3 gravity=own;
+  plan overpressure=8e3 friction_coefficient=0.3
 call trigger_deactivate
-call trigger_cleanup; plan
+call trigger_cleanup; plan; call trigger_shutdown; plan
 """
 
 

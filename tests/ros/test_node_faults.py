@@ -20,7 +20,7 @@ from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_ros.actions import grasp
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.node import display
-from spiral_gripper_ros.node.gripper_node import SHUT_DOWN, GripperNode
+from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.planning import loaded_gripper
 from spiral_gripper_ros.planning.planner import GripperPlanner
 from spiral_gripper_ros.runtime.runtime import Outputs
@@ -173,11 +173,6 @@ def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypat
     change(node, gripper="prototype_p1")
     tick_until(node, lambda: state_of(node) == FAULT)
     assert "ZeroDivisionError" in node.runtime.control.snapshot().refusal.text
-    monkeypatch.undo()
-    change(node, gripper="prototype_p1")
-    node.runtime.control.rearm()
-    tick_until(node, lambda: (offer(node), state_of(node) == TRACKING)[1])
-    assert node.runtime.loaded.gripper.name == "prototype_p1"
 
 
 # --- goals -------------------------------------------------------------------------------------
@@ -209,13 +204,6 @@ def test_a_goal_that_is_canceled_before_it_is_started_vents_if_it_is_a_release(
     assert (state_of(tracking), tracking.runtime.control.snapshot().radius) == after
     action.destroy()
     client.spinner.remove_node(tracking)
-
-
-def test_a_request_after_the_shutdown_is_told_to_start_anew(tracking, goals):
-    assert tracking.trigger_shutdown() == SUCCESS
-    assert refused(goals.grasp(0.02), Reason.NOT_ACTIVE) == SHUT_DOWN
-    (answer,) = serve(tracking, "plan_wrap", plan_request([0.02])).plans
-    assert (answer.message, answer.reason) == (SHUT_DOWN, Reason.NOT_ACTIVE)
 
 
 def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace, client, capfd):

@@ -49,6 +49,7 @@ def test_a_plan_does_not_wait_for_a_batch(client, namespace):
     with RunningNode(namespace) as node:
         client.wait_until_active()
         answers = begin_long_batch(client)
+        begin_long_batch(client)  # which waits for the first
         assert client.plan_wrap(0.021).success
         # Nor does the end of the node: nobody wants the rest any more.
         assert node.stop() == 0, node.log()

@@ -16,7 +16,6 @@ from spiral_core import (
 )
 from spiral_core.errors import ActuationLimit, ActuationLimitError
 from spiral_core.rod.state import RodStatus
-from spiral_core.wrap.wrap import line_force
 from spiral_gripper import load_description
 from spiral_gripper_ros.control.states import Reason, Refusal, State, refusal_from_error
 from spiral_gripper_ros.planning.grip_follower import GripFollower
@@ -25,7 +24,6 @@ from spiral_gripper_ros.planning.planner import (
     GripperPlanner,
     NoPlanner,
     PlannerFailedError,
-    StillLoadingError,
 )
 
 SIDEWAYS, HANGING = (0.0, 0.0, -9.80665), (9.80665, 0.0, 0.0)
@@ -48,25 +46,12 @@ def pool():
     return LaterPool()
 
 
-def loading(description, gravity, pool):
-    grips = GripFollower(description.gripper, gravity, None, None, None)
-    return LoadedGripper(description, gravity, pool, grips)
-
-
 @pytest.fixture
-def loaded(pool):
-    loaded = loading(load_description("paper_design_70"), HANGING, pool)
+def loaded(gripper, pool):
+    grips = GripFollower(gripper, HANGING, None, None, None)
+    loaded = LoadedGripper(load_description("paper_design_70"), HANGING, pool, grips)
     loaded.load()
     return loaded
-
-
-def test_a_plan_is_the_cores_wrap_with_margin_and_force(planner, curve, gripper):
-    wrap, plan = curve.wrap_for_radius(0.02), planner.plan(0.02)
-    assert plan.pressure == wrap.pressure
-    shape, angle, outer = wrap.unloaded_shape, wrap.helix_angle, gripper.tube.outer_radius
-    # The wrap's own radius is 0.02 m to 1e-10, times the stiffness of that.
-    force = line_force(gripper.stiffness, shape, 0.02, angle, outer)
-    assert plan.line_force(plan.pressure) == pytest.approx(force, rel=1e-6)
 
 
 def test_an_object_of_known_direction_lies_where_its_grip_has_it(gripper):
@@ -143,19 +128,6 @@ def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(loade
     assert pressed is WrapRegime.PERFECT_WRAP
     loaded.update_measured_shape(pressure, None, 1.0e3)
     assert loaded.regime(pressure) is None
-
-
-def test_a_gripper_that_is_being_loaded_says_so_until_its_planner_is_ready(pool):
-    loaded = loading(load_description("prototype_p1"), SIDEWAYS, pool)
-    loaded.refresh()
-    assert loaded.is_loading
-    with pytest.raises(StillLoadingError, match="prototype_p1 is being loaded"):
-        loaded.planner.plan(0.02)
-    assert not loaded.update_shape(0.0, None)
-    pool.run()
-    assert loaded.poll() is loaded.planner
-    assert not loaded.is_loading
-    assert loaded.update_shape(0.0, None)
 
 
 def test_a_limit_of_the_pressure_is_refused_as_one():

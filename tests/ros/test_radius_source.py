@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spiral_core import InvalidInputError
-from spiral_gripper_ros.simulation.pacing import LONGEST_STEP, Pacing, RateGate
+from spiral_gripper_ros.simulation.pacing import LONGEST_STEP, Pacing
 from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator, RadiusParameters
 
 STEADY = RadiusParameters(radius=0.02, estimate_noise=0.0)
@@ -80,9 +80,3 @@ def test_time_never_runs_backwards_and_a_simulator_that_is_held_up_loses_it():
     assert pacing.now == sum(passed)
     with pytest.raises(InvalidInputError):
         pacing.step(math.nan)
-
-
-def test_what_is_due_with_a_rate_keeps_it_on_average_and_makes_nothing_up():
-    every = RateGate()
-    assert sum(every.due(0.01 * tick, rate=30.0) for tick in range(1000)) == 300
-    assert [every.due(time, rate=30.0) for time in (1000.0, 1000.01)] == [True, False]

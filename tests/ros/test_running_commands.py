@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`spiral-gripper plan | grasp | release | status | watch`, to a node in a process of its own."""
 
-import json
 import re
 import shlex
 import signal
@@ -16,7 +15,6 @@ from ros.records import agrees
 from std_msgs.msg import Float64, String
 
 from spiral_gripper.cli.main import run
-from spiral_gripper.cli.output import print_json
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.tools import commands
@@ -159,8 +157,3 @@ def test_what_cannot_be_is_refused_in_one_line_before_anything_is_sent(capsys, r
     captured = capsys.readouterr()
     assert words in captured.err
     assert (captured.out, captured.err.count("\n")) == ("", 1)
-
-
-def test_json_has_null_for_what_is_no_number(capsys):
-    print_json({"pressure": float("nan"), "forces": [1.0, float("inf")]})
-    assert json.loads(capsys.readouterr().out) == {"pressure": None, "forces": [1.0, None]}

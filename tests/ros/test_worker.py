@@ -19,7 +19,6 @@ from spiral_gripper import load_description
 from spiral_gripper_ros.node.design_service import requirement_from_msg
 from spiral_gripper_ros.planning import design as limited_design
 from spiral_gripper_ros.planning.design import design
-from spiral_gripper_ros.planning.planner import compile_all
 from spiral_gripper_ros.planning.worker import (
     EndedError,
     SharedGrips,
@@ -165,8 +164,3 @@ def test_the_programs_main_module_does_not_run_again_and_who_is_killed_leaves_no
         assert process.stdout.read() == b""
     assert worker_id != process.pid
     wait_for_the_end(worker_id)
-
-
-def test_what_is_compiled_already_ends_in_order(worker, capfd):
-    assert worker.answer(compile_all) is None
-    assert capfd.readouterr().err == ""
