@@ -191,7 +191,12 @@ def free_case(seed):
         weight[:] = force[:] = moment[:] = 0.0
     rod = Rod(LENGTH, random_section(rng, (seed % 2) * (1 + full)), rest_strain=rest)
     if seed % 7 == 2:
-        section = Section.varying(lambda s: BENDING * (1.0 + s), 0.7 * BENDING)
+        # Where twist and bending are coupled, the slopes' product is part of a moment's mean.
+        section = Section.varying(
+            lambda s: BENDING * (1.2 + 2.0 * s),
+            0.7 * BENDING,
+            coupling=lambda s: BENDING * (0.25 - s),
+        )
         bent = lambda s: rest + np.outer(20.0 * s, (1.0, 0.0, -1.0))  # noqa: E731
         rod = Rod(LENGTH, section, rest_strain=bent, breaks=(0.1,))
     load = RodLoad(FORCE / LENGTH * weight, FORCE * force, FORCE * LENGTH * moment)

@@ -130,7 +130,6 @@ def test_a_grip_is_judged_where_the_tube_rests():
     moving = close_on(setup, PressureCourse.ramp(2e4, pressure, 0.02))
     last, rest = moving.frames[-1], moving.grip_at_rest()
     assert np.abs(last.velocities).max() > 1e-3
-    assert moving.time_to_touch < moving.time_to_wrap < moving.course.duration
     assert rest.state.stable
     assert 1e-6 < np.abs(rest.state.positions - last.state.positions).max() < 0.02
     held = moving.holding_force()

@@ -46,13 +46,13 @@ def test_rod_with_a_break_or_load_anywhere_is_followed(at):
             solve_contact(problem, start=state, elements=50)
 
 
-def grown(length=0.5, loads=1):
-    """Return a rod over the floor, with loads on it."""
+def grown(length=0.5):
+    """Return a rod over the floor, with a load on it."""
     return RodProblem(
         replace(ROD, length=length, rest_strain=(0.0, 0.2, 0.1)),
         HEAVY,
         obstacles=(floor(-0.35),),
-        point_loads=(PointLoad(0.213, PUSH), PointLoad(0.3, PUSH))[:loads],
+        point_loads=(PointLoad(0.213, PUSH),),
     )
 
 
@@ -80,11 +80,6 @@ def test_rod_that_grows_onto_a_floor_or_whose_guide_turns_ends_where_a_fresh_one
     assert state.arc_lengths[-1] == last.rod.length
     fresh = solve_contact(last, elements=40)
     assert state.tip_position == pytest.approx(fresh.tip_position, abs=1e-7)
-
-
-def test_stations_have_as_many_loads():
-    with pytest.raises(InvalidInputError, match="as many breaks and point loads"):
-        follow_contact([grown(), grown(loads=2)], elements=40)
 
 
 def test_places_that_differ_by_rounding_are_one():

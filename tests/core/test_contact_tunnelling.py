@@ -10,7 +10,6 @@ import pytest
 from core.contact_cases import line
 from core.contact_paths import SPAN
 
-from benchmarks.contact_paths import imbalance
 from spiral_core import (
     Capsule,
     Cylinder,
@@ -27,17 +26,6 @@ from spiral_core.rod.contact.solve import follow_contact, solve_contact
 pytestmark = pytest.mark.long
 
 ACROSS = (0.0, 1.0, 0.0)
-
-
-def test_rod_is_not_passed_by_what_moves_fast():
-    """In one increment of 20 radii, down through the whole rod if it could."""
-    above = Obstacle.along(Capsule(5e-3, 0.1), (0.2, 0.0, 0.05), ACROSS, 0.4)
-    ways = [RodProblem(SPAN, obstacles=(above.moved((0.0, 0.0, way)),)) for way in (0.0, -0.1)]
-    state = follow_contact(ways, elements=60).states[-1]
-    assert state.gaps[:, 1:].min() > -1e-3 * SPAN.radius
-    x, _, z = state.positions.T
-    assert np.interp(0.2, x, z) < -0.05
-    assert max(imbalance(ways[-1], state)) < 1e-6 * state.normal_forces.sum()
 
 
 def test_cylinder_pulled_through_a_coil_at_once_ends_where_small_steps_end():

@@ -187,26 +187,3 @@ def test_a_tip_that_alone_rests_on_a_floor_follows_it():
     assert np.flatnonzero(state.touching[0]).tolist() == [40]
     # The bent tip also moves along the floor, by its slope.
     assert found.positions[2, -1] == pytest.approx((0.0, 0.0, 1.0), abs=1e-4)
-
-
-@pytest.mark.parametrize("element", RodElement)
-def test_stiffness_and_rest_strain_that_vary_together(element):
-    """Their slopes' product is part of a moment's mean: where twist and bending are coupled."""
-
-    def solved(changes):
-        def section(s):
-            moduli = BENDING * np.diag((1.0, 0.7, 1.2)) * (1.0 + 0.8 * s / LENGTH)[:, None, None]
-            moduli[:, 0, 2] = moduli[:, 2, 0] = 0.25 * BENDING * (1.0 - 1.5 * s / LENGTH)
-            factors = 1.0 + 0.5 * changes
-            return factors[:, None] * moduli * factors
-
-        def rest(s):
-            return np.stack((3.0 + 20.0 * s, -4.0 + 0.0 * s, 6.0 - 30.0 * s), axis=1)
-
-        rod, load = Rod(LENGTH, section, rest_strain=rest), RodLoad((0.05, 0.01, 0.02))
-        return solve_rod(rod, load, element=element, elements=40)
-
-    found = differentiate(solved(np.zeros(3)), ("stiffness",)).positions
-    for column, step in zip(found[:3], 3e-4 * np.eye(3), strict=True):
-        exact = (solved(step).positions - solved(-step).positions) / 6e-4
-        assert np.abs(column - exact).max() <= 1e-6 * np.abs(exact).max()

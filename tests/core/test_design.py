@@ -39,13 +39,12 @@ from spiral_core.wrap.placement import place_object
 pytestmark = pytest.mark.long
 
 G = 9.80665
-CALLS = []
 
 
 @pytest.fixture(scope="module")
 def report():
     """Return the paper's example, designed."""
-    return design_gripper(PAPER_EXAMPLE, lambda *call: CALLS.append(call), contact=False)
+    return design_gripper(PAPER_EXAMPLE, contact=False)
 
 
 @pytest.fixture(scope="module")
@@ -58,13 +57,6 @@ def test_the_papers_example_is_recorded(report):
     """It has the paper's 70 degrees; its 361 mm is asked of the helix, by test_paper_charts."""
     recorded("design/paper", [report, [margin.sentence for margin in report.design.margins]])
     assert_allclose(report.design.actuator.fibers.beta, radians(70.0))
-    figures = {f"{s.number} {f.name}": f.value for s in report.steps for f in s.figures}
-    helix, exact = (figures[f"{k} object length at the largest object"] for k in (5, 6))
-    # Gravity pulls the coil apart.
-    assert 1.2 * helix < exact < 1.6 * helix
-    numbers, _, names = zip(*CALLS, strict=True)
-    assert numbers == tuple(range(len(report.tried)))
-    assert [name[-6:] for name in names] == ["60 deg", "70 deg", "80 deg"]
     assert pickle.loads(pickle.dumps(report)) == report
     chosen = [one for one in report.design.margins if not one.constraint.is_met_just_so]
     assert report.binding is min(chosen, key=lambda margin: margin.relative)
@@ -88,6 +80,7 @@ def test_the_answer_meets_the_requirement_when_solved_afresh(design):
         # The turns that hold the object end at a node.
         assert_allclose(placement.center, place_object(wrap).center, atol=1e-3)
     assert curve.pressure_max <= design.gripper.pressure_max == 110.316e3
+    assert type(design.gripper.name) is str  # for a file: no message that keeps its quantities
     ends = design.radius_min, design.radius_max
     assert_allclose((curve.radius_min, curve.radius_max), ends, 1e-3)
     assert 1.5 <= design.largest.turns < 1.51
@@ -177,12 +170,6 @@ def test_preference_is_kept_over_the_catalog(name):
     )
     # Candidates are ordered as helices: gravity may shift figures that are this near.
     assert chosen <= min(other + 0.02 * abs(other) for other in others)
-
-
-def test_one_radius_only_is_a_range_too():
-    design = designed(radius_min=0.02, radius_max=0.02)
-    assert_allclose(design.largest.pressure, design.smallest.pressure, 1e-6)
-    assert type(design.gripper.name) is str  # for a file: no message that keeps its quantities
 
 
 HELICAL = replace(

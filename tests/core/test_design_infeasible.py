@@ -102,12 +102,6 @@ def test_absurdly_many_turns_are_refused_without_solving_every_tube(monkeypatch)
     assert (first.field, answered(only).feasible) == ("turns_required", True)
 
 
-@pytest.mark.slow
-def test_an_absurd_wish_on_the_moon_is_answered():
-    moon = {"gravity": (0.0, 0.0, -1.62), "object_axis": (1.0, 0.0, 0.0), "radius_max": 0.2}
-    assert answered(TWO, **moon).binding.room < 0.0
-
-
 # Angles and limits at which the largest radius of the coil rises in waves with the length.
 WAVES = DesignRequirement(
     radius_min=20e-3,

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -82,22 +83,16 @@ def test_map_has_the_points_in_its_cells():
 
 
 def test_pareto_set_is_what_nothing_beats(points):
-    feasible, best = [point for point in points if point.feasible], pareto_set(points)
-    assert 0 < len(best) <= len(feasible) < len(points)
-    figures = np.array([costs(point) for point in feasible])
-    for point in feasible:
-        no_worse, own = (figures <= costs(point)).all(axis=1), (figures == costs(point)).all(axis=1)
-        assert (point in best) is not (no_worse & ~own).any()
-    # What is worse in everything, and what is better in one figure only.
-    good, exact = feasible[0], feasible[0].exact
-    worse = replace(good, exact=replace(exact, smallest=replace(exact.smallest, stretch=1.9)))
-    mixed = replace(
-        worse, exact=replace(worse.exact, smallest=replace(worse.exact.smallest, pressure=1.0))
-    )
-    tube = exact.gripper.tube
-    short = replace(
-        worse,
-        exact=replace(worse.exact, gripper=replace(exact.gripper, tube=replace(tube, length=0.1))),
-    )
-    assert pareto_set([worse, good, mixed, short]) == (mixed, good, short)
+    """Of these four tubes, and of figures at random, where each of the three counts."""
+    rows = np.random.default_rng(4).integers(1, 9, (60, 3)).tolist()
+    names = "pressure", "strain", "length"
+    made = [SimpleNamespace(feasible=True, **dict(zip(names, row, strict=True))) for row in rows]
+    for among in (points, made):
+        feasible, best = [point for point in among if point.feasible], pareto_set(among)
+        figures = np.array([costs(point) for point in feasible])
+        for point in feasible:
+            no_worse = (figures <= costs(point)).all(axis=1)
+            own = (figures == costs(point)).all(axis=1)
+            assert (point in best) != (no_worse & ~own).any()
+        assert 0 < len(best) <= len(feasible)
     assert pareto_set([]) == ()

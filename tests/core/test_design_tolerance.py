@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from core.design_cases import PAPER_EXAMPLE
 from core.gripper_cases import paper_gripper
+from core.recorded import recorded
 from numpy.testing import assert_allclose
 
 from spiral_core import InvalidInputError, design_gripper, lay_into_coil
@@ -53,22 +54,15 @@ def test_a_shift_counts_from_the_middle_of_what_is_safe(region, size, aim, monke
     assert_allclose((found, *middle), (size, *aim), atol=1e-12)
 
 
-@pytest.mark.parametrize(("safe", "outlook"), [(0.0, "no single change"), (3e-3, "0.003 m")])
-def test_what_is_not_safe_enough_is_not_feasible(safe, outlook, monkeypatch):
+@pytest.mark.parametrize("safe", [0.0, 3e-3])
+def test_what_is_not_safe_enough_is_not_feasible(safe, monkeypatch):
     monkeypatch.setattr(closing, "safe_shift", lambda *_: (safe, (1e-3, 2e-3)))
     grip = SimpleNamespace(pressure=4e4)
     monkeypatch.setattr(closing, "recommended_grip", lambda *_: grip)
     told = []
     report = design_gripper(ONE, lambda *call: told.append(call))
-    assert report.binding == Margin(Constraint.TOLERANCE, safe, 5e-3)
+    recorded(f"design/shift {safe}", [report.steps[-1], report.binding, report.outlook])
     assert not report.feasible
-    assert not report.steps[-1].satisfied
-    assert report.steps[-1].remark == f"0.02 m is held up to a shift of {safe:g} m alone"
-    assert outlook in report.outlook
-    figures = {each.name: each.value for each in report.steps[-1].figures}
-    assert figures["safe shift, 0.02 m"] == safe
-    assert figures["aim away from the base, 0.02 m"] == 1e-3
-    assert figures["aim across, 0.02 m"] == 2e-3
     assert all(done < total for done, total, _ in told)
 
 
@@ -99,7 +93,7 @@ def test_an_object_without_a_pressure_has_no_room(monkeypatch):
 
 @pytest.mark.slow
 def test_shifts_within_the_safe_one_hold_on_twice_the_elements():
-    """Seven in eight directions about the aim; the plain place has no room towards the base."""
+    """Seven in eight directions about the aim."""
     report = design_gripper(SHIFTED)
     assert report.feasible
     rng = np.random.default_rng(8)
@@ -115,7 +109,3 @@ def test_shifts_within_the_safe_one_hold_on_twice_the_elements():
             )
             closed = close_misplaced(setup, pressure, (x, y, 0.0, 0.0, 0.0), elements=180)
             assert closed.outcome is CaptureOutcome.HOLDS
-    largest = report.tried[0].closed[0]
-    setup = lay_into_coil(report.design.gripper, min(largest.radius, report.design.radius_max))
-    near = close_misplaced(setup, recommended_grip(setup).pressure, (-5e-3, 0.0, 0.0, 0.0, 0.0))
-    assert near.outcome is CaptureOutcome.IN_THE_WAY

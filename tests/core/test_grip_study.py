@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -41,19 +40,13 @@ def test_an_interrupted_study_goes_on(monkeypatch, parallel):
     assert seen == [(2, 4), (3, 4), (4, 4)]
 
 
-HELD_AND_REFUSED = list(grip_cases([PLAIN], [0.025, 0.06], [0.3], closing=SMOOTH))
 # Without friction they take each gripper's own or the default.
 CASES = grip_cases([PLAIN, replace(PLAIN, friction_coefficient=0.6)], [0.01, 0.02])
 
 
-@pytest.mark.slow
-def test_a_study_gives_the_same_in_another_process():
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        assert solve_cases(HELD_AND_REFUSED, pool) == solve_cases(HELD_AND_REFUSED)
-
-
 def test_a_case_keeps_its_window_and_forces_and_a_refusal_its_reason():
-    recorded("study/outcomes", solve_cases(HELD_AND_REFUSED))
+    cases = grip_cases([PLAIN], [0.025, 0.06], [0.3], closing=SMOOTH)
+    recorded("study/outcomes", solve_cases(list(cases)))
 
 
 @pytest.mark.parametrize("beside", [True, False])
