@@ -18,7 +18,6 @@ from spiral_core import (
     TwistReading,
     measured_actuation_from_readings,
 )
-from spiral_core.errors import ActuationLimit
 
 PRESSURES, CURVATURES = (0.0, 2e4, 4e4, 6e4), (0.0, 8.0, 8.0, 30.0)
 TORSIONS = (0.0, -4.0, -9.0, -14.0)
@@ -36,10 +35,6 @@ def test_it_passes_through_the_data_and_is_monotone_between(first, second):
     assert low.torsion >= high.torsion - slack
     if 2.0e4 <= first <= 4.0e4:
         assert_allclose(ACTUATION.unloaded_shape(first).curvature, 8.0)
-
-
-def test_it_ends_where_the_data_end():
-    assert (ACTUATION.pressure_limit, ACTUATION.limit) == (6.0e4, ActuationLimit.DATA_END)
 
 
 def test_readings_become_a_curve():

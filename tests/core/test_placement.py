@@ -145,13 +145,6 @@ def test_what_cannot_be_wrapped_says_why():
     recorded("placement/cone", [*found, profile_wrap(*CONE)])
 
 
-def test_profile_is_linear_between_its_samples_and_cannot_be_changed():
-    radii = np.array([0.03, 0.01])
-    profile = ObjectProfile([0.0, 0.2], radii)
-    radii[0] = 1.0
-    assert_allclose((profile.radius_at(0.1), *profile.extremes(0.05, 0.15)), (0.02, 0.015, 0.025))
-
-
 def test_a_misplacement_is_what_the_object_was_moved_by():
     for axis in [(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.3, -0.8, 0.5)]:
         for off in [(0.0, 0.0, 0.0, 0.0), (-0.01, 0.02, 0.4, -0.3)]:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import fields, replace
-from functools import partial
 from itertools import product
 from multiprocessing import get_context
 
@@ -19,11 +18,8 @@ from numpy.linalg import norm
 from spiral_core import (
     Clamped,
     Free,
-    Guided,
     InvalidInputError,
-    Obstacle,
     Pinned,
-    Plane,
     PointLoad,
     Rod,
     RodElement,
@@ -36,7 +32,6 @@ from spiral_core import (
     solve_rod,
 )
 
-UP = (0.0, 0.0, 0.1)
 LOAD = RodLoad((0.24, 0.05, 0.0), (0.01, 0.0, 0.02))
 
 
@@ -73,17 +68,6 @@ def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one():
         assert solve_rod(problem, elements=40, start=start).element is RodElement.MIXED
         with pytest.raises(InvalidInputError, match="element"):
             solve_rod(problem, start=start, element=RodElement.INEXTENSIBLE)
-
-
-def test_vectors_may_be_arrays():
-    for kind, *given in (
-        (Clamped, UP),
-        (partial(Obstacle, Plane()), UP),
-        (Guided, UP, (1.0, 0.0, 0.0)),
-        (partial(PointLoad, 0.2), UP),
-    ):
-        assert kind(*map(np.array, given)) == kind(*given)
-    assert solve_rod(RodProblem(HELICAL, base=Clamped(np.zeros(3), np.eye(4)[3]))).stable
 
 
 @pytest.mark.parametrize("parts", [2, 3, 6])

@@ -52,24 +52,18 @@ def mine():
 
 
 @pytest.fixture
-def drawn(monkeypatch):
-    """Return lines that tell of the pictures that are saved from now on."""
-    lines, savefig = [], Figure.savefig
+def recorded(capsys, monkeypatch):
+    """Return a function that compares what a command prints, writes and draws with a record."""
+    drawn, savefig = [], Figure.savefig
 
     def saved(figure, file, **options):
         if options["format"] == "rgba":  # of an animation
-            lines.append(f"frame {figure.get_suptitle()}")
+            drawn.append(f"frame {figure.get_suptitle()}")
             return savefig(figure, file, **options)
-        lines.extend((f"{options['format']}, {options.get('dpi')} dpi", *picture(figure)))
+        drawn.extend((f"{options['format']}, {options.get('dpi')} dpi", *picture(figure)))
         return file.write(b"a picture")
 
     monkeypatch.setattr(Figure, "savefig", saved)
-    return lines
-
-
-@pytest.fixture
-def recorded(drawn, capsys, monkeypatch):
-    """Return a function that compares what a command prints, writes and draws with a record."""
     monkeypatch.setenv("COLUMNS", "400")
     shutil.copytree(ROOT / "examples" / "data", "data")
 

@@ -20,7 +20,6 @@ from spiral_core.wrap.gripper import DEFAULT_TURNS, FRICTION_MAX
 from spiral_gripper.cli import calibrate, doctor, types
 from spiral_gripper.cli import main as main_module
 from spiral_gripper.cli.main import COMMANDS
-from spiral_gripper.cli.output import waiting
 from spiral_gripper.files.description import GRAVITY_MAX
 from spiral_gripper.files.fields import LAWS
 
@@ -101,13 +100,6 @@ def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command):
     with pytest.raises(SystemExit):
         main_module.main()
     assert ("computing" in screen.getvalue()) is (command == "wrap")
-
-
-def test_a_quiet_wait_prints_nothing(capsys):
-    for quiet in (True, False):
-        with waiting("closing", quiet=quiet):
-            pass
-    assert capsys.readouterr().err == "closing ...\n"
 
 
 # A terminal interrupts all of them; some commands end at once where no worker would be left.

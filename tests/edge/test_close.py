@@ -13,10 +13,8 @@ from spiral_core import (
     RodStatus,
     SolverError,
     close_on,
-    holding_force,
     lay_into_coil,
 )
-from spiral_core.grip.closing import slow_closing
 from spiral_core.grip.setup import hanging_tube
 from spiral_core.grip.window import GripPoint
 from spiral_gripper.files.description import load_description
@@ -80,23 +78,3 @@ def test_a_whip_that_no_step_resolves_is_damped_and_does_not_grow():
     closing = close_on(setup, PressureCourse.ramp(pressure / 0.057511869201622226, pressure, 0.5))
     assert closing.is_complete
     assert max(np.abs(frame.velocities).max() for frame in closing.frames) < 10.0
-
-
-@pytest.mark.slow
-def test_pulses_keep_the_grip_that_one_fast_rise_loses():
-    """A valve that always rises at 60 kPa/s, in eight pulses."""
-    setup = lay_into_coil(GRIPPER, 0.02)
-    top, wait = 1.15 * setup.tip_pressure, 3.0
-    slow = holding_force(slow_closing(setup, top)).force
-    assert slow == pytest.approx(0.465, rel=0.01)
-
-    def kept(pulses):
-        """Return the share of the force that is kept."""
-        steps, rise = np.arange(pulses), top / 6e4 / pulses
-        times = (steps[:, None] * (rise + 0.25) + (0.0, rise)).ravel()
-        pressures = np.repeat(np.arange(pulses + 1), 2)[1:] * top / pulses
-        course = PressureCourse((*times, times[-1] + 0.25 + wait), tuple(pressures))
-        return close_on(setup, course).holding_force().force / slow
-
-    assert kept(8) == pytest.approx(1.03, abs=0.05)
-    assert kept(1) < 0.25

@@ -105,8 +105,6 @@ def test_the_smallest_file_has_one_straight_fiber_and_the_stiffness_of_the_annul
     description = read(SMALLEST)
     gripper, actuator = description.gripper, description.actuator
     assert actuator.single_fibers == (SingleFiber(0.0, 0.0),)
-    assert actuator.fiber_radius == actuator.tube.inner_radius
-    assert gripper.friction_coefficient is None
     assert gripper.stiffness == stiffness_from_actuator(actuator)
     one = read(SMALLEST + "stiffness:\n  torsional: 1e-4 N m^2\n").gripper.stiffness
     assert (one.bending, one.torsional) == (gripper.stiffness.bending, 1e-4)

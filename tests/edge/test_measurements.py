@@ -2,7 +2,6 @@
 """Files of measurements: what is read, and each kind of bad file with its line and column."""
 
 import math
-import pickle
 from contextlib import suppress
 from dataclasses import astuple
 
@@ -87,12 +86,6 @@ def test_what_is_stated_beside_the_file_must_fit_it():
     for wrong in ("0.2", "2 kPa", "-1 %", "0 mm"):
         found = problems(bare, errors={"extension": wrong})
         assert [(p.line, p.heading) for p in found] == [(k, "extension_error") for k in (2, 3)]
-
-
-def test_an_error_has_a_line_for_each_problem_and_survives_pickling():
-    with pytest.raises(TableError, match=r"got 'abc'\nbench.csv:3: has 2 cells") as caught:
-        parse(f"{HEADER}\n20,abc,0.2\n40,9\n")
-    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
 
 
 @given(st.text(max_size=200), st.sampled_from(["", f"{HEADER}\n"]))

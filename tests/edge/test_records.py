@@ -12,20 +12,13 @@ from spiral_core.grip import grip
 
 pytestmark = pytest.mark.long
 
-FILES = {"cone.csv": "position [cm], radius [mm]\n0, 30\n30, 11\n"}
 
-
-def asked_in(name, *marks):
-    return [pytest.param(name, asked, marks=marks, id=asked) for asked in cases(name)]
-
-
-@pytest.mark.parametrize(("name", "asked"), [*asked_in("commands.txt")])
-def test_a_command_prints_writes_and_draws_what_was_recorded(name, asked, recorded, monkeypatch):
+@pytest.mark.parametrize("asked", cases("commands.txt"))
+def test_a_command_prints_writes_and_draws_what_was_recorded(asked, recorded, monkeypatch):
     monkeypatch.setattr(grip, "FORCE_PRESSURES", 2)
     monkeypatch.setattr(charts, "CONTACT_POINTS", 3)
-    for file, text in FILES.items():
-        Path(file).write_text(text, "utf-8")
-    lines = recorded(name, asked)
+    Path("cone.csv").write_text("position [cm], radius [mm]\n0, 30\n30, 11\n", "utf-8")
+    lines = recorded("commands.txt", asked)
     if "--units psi,in,rad,lbf,oz" in asked:  # no usual unit is left where all are chosen
         named = " ".join(lines).replace("9.5 mm x 0.8 mm", "")  # the tube's name, as it was typed
         assert re.findall(r"\d (?:mm|m|kPa|Pa|deg|N|N mm|kg)\b", named) == []

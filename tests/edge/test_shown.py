@@ -13,8 +13,6 @@ from spiral_gripper import display_units
 from spiral_gripper.files.shown import number, shown, shown_message, shown_range
 from spiral_gripper.reports.tables import margin_rows
 
-WRAP = "wrap paper_design_70 --radius"
-
 
 def test_units_made_of_others_follow_the_chosen_ones_until_the_end_of_the_block():
     with suppress(ZeroDivisionError), display_units("lbf", "in", "psi", "rad"):
@@ -44,12 +42,6 @@ def test_a_message_is_shown_part_by_part_and_other_text_as_it_is():
 def test_what_is_no_unit_of_these_is_refused(units):
     with pytest.raises(InvalidInputError, match="units must be"), display_units(*units):
         pass
-
-
-def test_a_command_forgets_the_units_that_were_chosen(answer, said):
-    assert answer(WRAP, "20mm --units psi,in")["pressure"] == pytest.approx(55.47e3, rel=1e-3)
-    said(WRAP, "60mm --units in", code=2)
-    assert "kPa" in said("shape prototype_p1 --pressure 8kPa")
 
 
 def test_a_margin_that_rounds_to_nothing_has_no_minus():
