@@ -4,7 +4,7 @@
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
 from rclpy.qos import QoSProfile
-from ros.harness import all_finite
+from ros.harness import DESIGN_DEADLINE, all_finite
 
 from spiral_gripper_msgs.action import Grasp
 
@@ -32,7 +32,7 @@ class Goal:
 
     def end(self):
         """Wait for the end; return the goal's status and its result."""
-        self.client.wait_until(self._result.done, "the end of the goal")
+        self.client.wait_until(self._result.done, "the end of the goal", DESIGN_DEADLINE)
         response = self._result.result()
         return response.status, response.result
 

@@ -6,6 +6,7 @@ import shlex
 import signal
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
+from unittest.mock import MagicMock
 
 import pytest
 import yaml
@@ -16,6 +17,7 @@ from std_msgs.msg import Float64, String
 
 from spiral_gripper.cli.main import run
 from spiral_gripper_msgs.msg import GripStatus
+from spiral_gripper_ros.client.answers import NoAnswerError
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.tools import commands
 from spiral_gripper_ros.tools.watcher import Watcher
@@ -135,6 +137,18 @@ def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, c
     monkeypatch.setattr(commands, "DISCOVERY_TIMEOUT", 0.3)
     assert run([*command.split(), "--namespace", "/nobody"]) == 2
     assert "spiral_gripper_node --ros-args -r __ns:=/nobody" in capsys.readouterr().err
+
+
+def test_an_interrupted_grasp_that_may_go_on_is_told(monkeypatch, capsys):
+    """Nothing answers the cancel."""
+    node = MagicMock()
+    node.__enter__.return_value = node
+    node.wrap.side_effect = KeyboardInterrupt
+    node.cancel.side_effect = NoAnswerError("grasp does not answer", 10.0)
+    monkeypatch.setattr(commands, "SpiralGripper", lambda *_: node)
+    assert run(["grasp"]) == 2
+    said = capsys.readouterr().err
+    assert "may go on: spiral-gripper release vents; grasp does not answer (waited 10 s)" in said
 
 
 REFUSED = """

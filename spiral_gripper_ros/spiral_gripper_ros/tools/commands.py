@@ -10,7 +10,6 @@ from typing import Any
 
 from rclpy.action import ActionClient
 
-from spiral_core.errors import SpiralError
 from spiral_gripper.files.shown import shown, shown_range
 from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import Grip, GripStatus
@@ -132,8 +131,11 @@ def grasp(
             while not gripper.is_done():
                 pass  # each look takes a while; the node's own time-out ends it
         except KeyboardInterrupt:
-            with suppress(SpiralError):
+            try:
                 gripper.cancel()
+            except NoAnswerError as error:
+                late = "interrupted, but the wrap may go on: spiral-gripper release vents"
+                raise NoAnswerError(f"{late}; {error.missing}", error.timeout) from None
             raise
         result = gripper.result()
     if result is None:
