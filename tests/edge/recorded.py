@@ -26,10 +26,11 @@ from matplotlib.text import Text
 from records import RECORDING, alike
 
 RECORDS = Path(__file__).parent / "records"
-# What rounding decides: how far contact sinks in, what is left after the coil snaps; click's words.
+# What rounding decides: how far contact sinks in, what is left after the coil snaps; click's words;
+# where the package is.
 VAGUE = re.compile(
     r"(?<=sinks in by )\S+|(?<=^after that ).*|(?<=^after_loss).*|No such option.*?(?= Give|$)"
-    r"|\S+(?=/edited.yaml)"
+    r"|\S+(?=/edited.yaml)|(?<=^source: ).*(?=/config/)"
 )
 NEAR_ZERO = 1e-9
 # Of artists: what our code sets.
