@@ -66,8 +66,7 @@ def close_on_objects(
         wrapped = all(one.onset is not None for one in closed)
         if requirement.tolerance is not None and wrapped:
             told(Message("closing on {}, shifted", Quantity(radius, "m")))
-            safe, aim = _safe(requirement, requirement.tolerance, setup)
-            closed[-1] = replace(result, safe_shift=safe, aim=aim)
+            closed[-1] = _shifted(requirement, requirement.tolerance, setup, result)
     return tuple(closed)
 
 
@@ -81,16 +80,17 @@ def _closed(radius: float, setup: GripSetup) -> ClosedObject:
     return ClosedObject(radius, window.onset_wrap, reason=reason)
 
 
-def _safe(
-    requirement: DesignRequirement, tolerance: float, setup: GripSetup
-) -> tuple[float, tuple[float, float]]:
+def _shifted(
+    requirement: DesignRequirement, tolerance: float, setup: GripSetup, closed: ClosedObject
+) -> ClosedObject:
     """Return how far an object may be shifted at its recommended pressure; 0 if it has none."""
     payload = requirement.payload
     try:
         pressure = recommended_grip(setup, payload).pressure
-        return safe_shift(setup, pressure, payload, tolerance)
-    except SpiralError:
-        return 0.0, (0.0, 0.0)
+        safe, aim = safe_shift(setup, pressure, payload, tolerance)
+    except SpiralError as error:
+        return replace(closed, safe_shift=0.0, reason=str(error))
+    return replace(closed, safe_shift=safe, aim=aim)
 
 
 def judged(

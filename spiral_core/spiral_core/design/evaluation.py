@@ -83,7 +83,7 @@ class ClosedObject:
         radius: of the object [m].
         onset: least pressure at which it is wrapped [Pa]; None where it is not.
         shift: from where the free coil fits best to the place where it is wrapped [m].
-        reason: why it is not wrapped, in words; empty where it is.
+        reason: why it is not wrapped, or no pressure is recommended for it, in words; else empty.
         safe_shift: across its axis, from which it is still held [m]; None where no tolerance is
             required, or it is not wrapped.
         aim: from its place to the middle of these shifts, away from the base and across [m].

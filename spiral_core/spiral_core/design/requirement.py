@@ -144,8 +144,8 @@ class DesignRequirement:
         preference: which of several designs is taken.
         payload: mass of each object that is to be carried twice over, along gravity [kg].
         friction_coefficient: between tube and objects, where contact counts.
-        tolerance: shift of the largest and the smallest object across their axis, in eight
-            directions, from which closing at the recommended pressure still holds them [m].
+        tolerance: shift of the objects across their axis, in eight directions about the middle of
+            what is safe, from which closing at the recommended pressure still holds them [m].
 
     Raises:
         InvalidInputError: a value is out of its range.

@@ -162,7 +162,9 @@ def steps_of(
                 figures.append((Message("safe shift, {}", size), one.safe_shift, "m"))
                 for way, aim in zip(("away from the base", "across"), one.aim, strict=True):
                     figures.append((Message("aim {}, {}", way, size), aim, "m"))
-                if one.safe_shift < (requirement.tolerance or 0.0):
+                if one.reason:
+                    said.append(Message("{} is held at no pressure: {}", size, one.reason))
+                elif one.safe_shift < (requirement.tolerance or 0.0):
                     safe = Quantity(one.safe_shift, "m", rounded_down)
                     said.append(Message("{} is held up to a shift of {} alone", size, safe))
             if one.shift:
