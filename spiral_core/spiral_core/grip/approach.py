@@ -407,9 +407,8 @@ def find_approaches(
     """
     search = _Search(task, executor, progress, dict(known or {}), keep)
     tried = search.screened(coarse=coarse)
-    best = {pose: trial for pose, trial in tried.items() if not trial.refusal}
-    if not coarse:
-        best = search.judged(tried)
+    gripping = {pose: trial for pose, trial in tried.items() if not trial.refusal}
+    best = gripping if coarse else search.judged(gripping)
     approaches = []
     for pose in distinct(task, best, REPORTED):
         try:
@@ -432,7 +431,8 @@ def judged_poses(task: ApproachTask, executor: Executor | None = None) -> dict[B
         executor: where; None computes here.
     """
     search = _Search(task, executor, None, {}, None)
-    return search.judged(search.screened(coarse=False))
+    tried = search.screened(coarse=False)
+    return search.judged({pose: trial for pose, trial in tried.items() if not trial.refusal})
 
 
 def distinct(task: ApproachTask, trials: Mapping[BasePose, Trial], count: int) -> list[BasePose]:
@@ -468,9 +468,8 @@ class _Search:
             tried |= self.around(screen, distinct(task, tried, NEAREST), AROUND, part)
         return tried
 
-    def judged(self, tried: Mapping[BasePose, Trial]) -> dict[BasePose, Trial]:
+    def judged(self, gripping: Mapping[BasePose, Trial]) -> dict[BasePose, Trial]:
         """Return how large the regions of the strongest poses are, then of some around the best."""
-        gripping = {pose: trial for pose, trial in tried.items() if not trial.refusal}
         best = self.solve(judge, distinct(self.task, gripping, JUDGED))
         best |= self.around(judge, distinct(self.task, best, REPORTED), VARIED, VARIED_PART)
         return best
