@@ -7,6 +7,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import mul
 from typing import Any
 
 from geometry_msgs.msg import Point
@@ -41,8 +42,8 @@ from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
 from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
 from spiral_gripper_ros.planning.worker import EndedError
 
-# Directions that differ by no more are one.
-SAME_AXIS = 1e-6
+# Directions are one, in either sense, if their product is at least this.
+SAME_AXIS = 1.0 - 1e-12
 UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"
 
 
@@ -206,11 +207,11 @@ class _Answers:
         """Return the planner for the gravity and the object's axis."""
         present, gripper = self._context.planner, self._context.gripper
         gravity, axis = present.gravity, gripper.object_axis
-        is_own = self._is_own(asked)
-        if not self._request.gravity and is_own:
-            return present
         if self._request.gravity:
             gravity = vector_from_msg(self._request.gravity[0])
+        is_own = self._is_own(asked)
+        if is_own and gravity == present.gravity:
+            return present
         problem = gravity_problem(gravity)
         if problem is not None:
             raise _RefusedError(Reason.GRAVITY_INVALID, problem)
@@ -227,7 +228,8 @@ class _Answers:
         own = self._context.gripper
         if asked.axis:
             axis = require_direction("axis", vector_from_msg(asked.axis[0]))
-            if own.object_axis is None or math.dist(axis, own.object_axis) > SAME_AXIS:
+            along = 0.0 if own.object_axis is None else sum(map(mul, axis, own.object_axis))
+            if abs(along) < SAME_AXIS:
                 return False
         return self._friction(asked) == self._friction(ObjectToWrap())
 

@@ -327,6 +327,7 @@ _CLOSED = (
     Field("lift_off", "tip lifts off at", "grip.window.lift_off", _lift_off),
     Field("loss", "lost at", "grip.window.loss", _lost),
     Field("end", "", "grip.window.end"),
+    *data(loss_above="grip.window.loss_above"),
 )  # fmt: skip
 _RECOMMENDED = (
     Field("recommended_range", "recommended range", "grip.recommended_range", lambda s: " to ".join(
