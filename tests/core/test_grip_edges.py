@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Grips next to what ends them: an object wedged at the clamp, a loss above the pressure limit."""
+"""Grips next to their ends: an object wedged at the clamp, a loss above the limit, a curl."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ import pytest
 from core.gripper_cases import paper_gripper
 from numpy.testing import assert_allclose
 
-from spiral_core import Cylinder, GripSetup, NotGrippableError, Obstacle, lay_into_coil, solve_grip
+from spiral_core import (
+    Cylinder,
+    GripSetup,
+    NotGrippableError,
+    Obstacle,
+    WrapRegime,
+    grip_window,
+    lay_into_coil,
+    solve_grip,
+)
 from spiral_core.grip.grip import RangeEnd
 from spiral_core.grip.setup import hanging_tube
 from spiral_core.grip.window import LOSS_MARGIN
@@ -59,3 +68,13 @@ def test_a_limit_below_the_loss_hides_nothing_of_its_margin():
         assert grip.range_end is RangeEnd.LOSS
     assert grips[3].window.loss_above is None
     assert (grips[3].recommended_range[1], grips[3].range_end) == (95.0e3, RangeEnd.LIMIT)
+
+
+@pytest.mark.parametrize("elements", [90, 180])
+def test_a_window_begins_where_the_end_is_no_longer_curled(elements):
+    """Thin objects: from the wrap on it bridges half a tube, then less and less."""
+    setup = replace(lay_into_coil(GRIPPER, 0.0074), elements=elements)
+    window = grip_window(setup)
+    assert window.onset_curling is None
+    assert window.at(1.005 * window.onset_wrap).regime is WrapRegime.PERFECT_WRAP
+    assert window.at(0.97 * window.onset_wrap).regime is WrapRegime.CURLING

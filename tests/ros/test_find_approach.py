@@ -38,6 +38,7 @@ GOALS = """
 - {gravity: [{x: 3.7}], friction_coefficient: [0.3], regions: true}
 - {radius: 0.0}
 - {radius: .nan}
+- {radius: 15.0}
 - {w: 0.0}
 - {z: .nan}
 - {gravity: [{}]}
