@@ -14,7 +14,7 @@ from core.gripper_cases import paper_gripper
 from core.recorded import recorded
 from numpy.testing import assert_allclose
 
-from spiral_core import InvalidInputError, design_gripper, lay_into_coil
+from spiral_core import InvalidInputError, SpiralError, design_gripper, lay_into_coil
 from spiral_core.design import closing
 from spiral_core.design.closing import close_on_objects
 from spiral_core.design.evaluation import solve_candidate
@@ -54,11 +54,15 @@ def test_a_shift_counts_from_the_middle_of_what_is_safe(region, size, aim, monke
     assert_allclose((found, *middle), (size, *aim), atol=1e-12)
 
 
-@pytest.mark.parametrize("safe", [0.0, 3e-3])
+@pytest.mark.parametrize("safe", [0.0, 3e-3, "no pressure holds it"])
 def test_what_is_not_safe_enough_is_not_feasible(safe, monkeypatch):
+    def recommended(*_):
+        if isinstance(safe, str):
+            raise SpiralError(safe)
+        return SimpleNamespace(pressure=4e4)
+
     monkeypatch.setattr(closing, "safe_shift", lambda *_: (safe, (1e-3, 2e-3)))
-    grip = SimpleNamespace(pressure=4e4)
-    monkeypatch.setattr(closing, "recommended_grip", lambda *_: grip)
+    monkeypatch.setattr(closing, "recommended_grip", recommended)
     told = []
     report = design_gripper(ONE, lambda *call: told.append(call))
     recorded(f"design/shift {safe}", [report.steps[-1], report.binding, report.outlook])

@@ -44,6 +44,7 @@ NAMED = {
     "nowhere": [Vector3(x=math.nan)],
     "nothing": [Vector3()],
     "own": [Vector3(x=9.80665)],
+    "against": [Vector3(x=-0.96, z=0.28)],
 }
 KINDS = {
     "object_radius_stamped": ObjectRadius,
@@ -278,6 +279,17 @@ def test_without_a_table_that_can_be_used_one_line_says_how_to_make_it(
         assert f"spiral-gripper grip {mine} --table makes it" in str(error)
         told.clear()
         shutil.copy(GRIPPERS.path / "paper_design_70.grips.json", tmp_path / "mine.grips.json")
+
+
+def test_a_stated_axis_of_the_object_is_the_same_in_either_sense(known, tmp_path):
+    """And so is the window that is known for it; along another axis it is not."""
+    mine, shipped = tmp_path / "mine.yaml", GRIPPERS.path / "prototype_p1.yaml"
+    mine.write_text(shipped.read_text().replace("object_axis: fitted", "object_axis: [24, 0, -7]"))
+    known.set(gripper=str(mine))
+    known.use()
+    plain, against = known.plan(), known.plan(axis="against", gravity="own")
+    turned = known.plan(axis="against", gravity="sideways")
+    assert [len(answer.grip) for answer in (plain, against, turned)] == [1, 1, 0]
 
 
 # What is told after each row is on record, as the difference from what was told before.
