@@ -86,11 +86,10 @@ $(COMPILED): $(KERNELS) | $(INSTALLED)
 
 install: $(INSTALLED) $(COMPILED)
 
-# The empty trap lets the demo end in its own way on Ctrl-C and keeps make from calling that an error.
 demo: $(INSTALLED)
 	@[ "$(WITH_ROS)" = yes ] || { echo 'The demo needs ROS 2: Linux x86-64, Python 3.10 to 3.13,' \
 	  'SPIRAL_WITHOUT_ROS not set.' >&2; exit 1; }
-	@trap ':' INT; $(BIN)/spiral_gripper_demo || [ $$? -eq 130 ]
+	@trap ':' INT; $(BIN)/spiral_gripper_demo
 
 # Tests of one file share their node, so a file stays with one worker; those of the node, which take
 # longest, come first. They mostly wait: two workers for each core.

@@ -9,6 +9,14 @@ from xml.etree import ElementTree
 from setuptools import find_packages, setup
 
 NAME = "spiral_gripper_ros"
+SHARED = {
+    "config": "config/*.yaml",
+    "launch": "launch/*.py",
+    "rviz": "rviz/*.rviz",
+    "urdf": "urdf/*",
+    "security": "security/*.xml",
+    "systemd": "systemd/*.service",
+}
 
 setup(
     name=NAME,
@@ -18,12 +26,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/config", sorted(glob("config/*.yaml"))),
-        (f"share/{NAME}/launch", sorted(glob("launch/*.py"))),
-        (f"share/{NAME}/rviz", sorted(glob("rviz/*.rviz"))),
-        (f"share/{NAME}/urdf", sorted(glob("urdf/*"))),
-        (f"share/{NAME}/security", sorted(glob("security/*.xml"))),
-        (f"share/{NAME}/systemd", sorted(glob("systemd/*.service"))),
+        *((f"share/{NAME}/{name}", sorted(glob(files))) for name, files in SHARED.items()),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},

@@ -33,10 +33,10 @@ def measure(effort: NodeEffort) -> Section:
         probe.approach(sweep)
         first = probe.accepted
         for piece in range(PIECES):
-            before = usage(node.process_id)
+            before = usage(node.pid)
             count = int(rate * seconds)
             found = probe.exchange(sweep.part(piece * count, count), rate)
-            after = usage(node.process_id)
+            after = usage(node.pid)
             memory.append(after.memory)
             latencies += found.latencies
             sent += found.sent

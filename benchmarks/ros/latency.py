@@ -80,8 +80,8 @@ def measure(effort: NodeEffort) -> Section:
         for probe, sweep in zip(probes, sweeps, strict=True):
             probe.approach(sweep)
         for rate in effort.rates:
-            gripper = Contender("gripper", probes[0], sweeps[0], node.process_id)
-            empty = Contender("echo", probes[1], sweeps[1], peer.process_id)
+            gripper = Contender("gripper", probes[0], sweeps[0], node.pid)
+            empty = Contender("echo", probes[1], sweeps[1], peer.pid)
             probes[0].solve_times.clear()
             for _ in range(effort.windows):
                 gripper.measure_window(effort.messages // effort.windows, rate)

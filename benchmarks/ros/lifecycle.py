@@ -98,7 +98,7 @@ def measure(effort: NodeEffort) -> Section:
                 probe.change(transition)
             duration = time.perf_counter() - start
             entities = probe.settled_entities() if cycle in looked_at else 0
-            left.append(Left(usage(node.process_id), entities, duration))
+            left.append(Left(usage(node.pid), entities, duration))
     probe.close()
     warm, last = left[looked_at[1]], left[-1]
     return Section(

@@ -100,9 +100,9 @@ def run(effort: NodeEffort, grippers: int) -> Found:
         start = time.perf_counter() - begin
         for probe in probes:
             probe.approach(sweep)
-        before, fed_from = usage(running.process_id), time.perf_counter()
+        before, fed_from = usage(running.pid), time.perf_counter()
         feed(probes, sweep.part(0, effort.many_messages))
-        after, duration = usage(running.process_id), time.perf_counter() - fed_from
+        after, duration = usage(running.pid), time.perf_counter() - fed_from
         latencies = [probe.take() for probe in probes]
         isolated = are_isolated(probes, sweep)
     for probe in probes:

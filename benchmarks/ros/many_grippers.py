@@ -7,6 +7,7 @@ own, and give them one executor. ``SPIRAL_GRIPPERS`` says how many.
 
 from __future__ import annotations
 
+import gc
 import os
 
 import rclpy
@@ -15,7 +16,6 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from benchmarks.ros.session import PROMPT
-from spiral_gripper_ros.node.garbage import GarbageFreezer
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.process.stop_signals import StopSignals
 
@@ -32,7 +32,7 @@ def main() -> None:
     for node in grippers:
         executor.add_node(node)
         node.start()
-    GarbageFreezer().freeze_for(grippers)
+    gc.freeze()
     signals.defer()
     while not signals.requested:
         executor.spin_once(timeout_sec=0.05)

@@ -28,9 +28,9 @@ def measure(effort: NodeEffort) -> Section:
         probe.approach(sweep)
         for rate in effort.ladder:
             part = sweep.part(0, int(rate * effort.step_seconds))
-            before = usage(node.process_id).cpu
+            before = usage(node.pid).cpu
             found = probe.exchange(part, rate)
-            cpu = (usage(node.process_id).cpu - before) / found.duration
+            cpu = (usage(node.pid).cpu - before) / found.duration
             true_rate = found.sent / found.duration
             sustained = is_sustained(found, rate)
             if sustained:

@@ -58,7 +58,7 @@ ROS_FREE = frozenset(
     {
         "__init__", "actions.__init__", "actions.gripper_command",
         "messages.__init__",
-        "node.__init__", "node.garbage", "node.proposed_gripper",
+        "node.__init__",
         "parameters.__init__", "parameters.spec", "parameters.table",
         "process.__init__", "process.node_process", "process.stop_signals",
         "regulators.__init__", "regulators.adapter", "regulators.command_watch",
@@ -68,7 +68,7 @@ ROS_FREE = frozenset(
         "runtime.__init__", "runtime.event_log", "simulation.__init__",
         "simulation.pacing", "simulation.radius_estimator", "simulation.regulator",
         "simulation.simulated_gripper",
-        "tools.__init__", "tools.demo_report",
+        "tools.__init__",
     }
 )  # fmt: skip
 

@@ -76,7 +76,7 @@ def value(word):
 
 def snapshot(state, refusal=NOT_REFUSED, **fields):
     """A snapshot of which nothing but its state is known, and these fields."""
-    unknown = dict.fromkeys(("radius", "plan", "radius_age"))
+    unknown = dict.fromkeys(("radius", "plan"))
     figures = dict.fromkeys(("pressure_target", "pressure_command", "accepted"), 0)
     return Snapshot(state, refusal, **unknown | figures | {"refused": Counter()} | fields)
 
@@ -136,7 +136,7 @@ class Bench(Steps):
         seen, self.regime = self.seen, self.sees
         if self.sees == "honest":
             self.regime = seen.plan and regime_at(seen.pressure, seen.plan.pressure)
-        self.control.observe(self.now, self.regime, self.force)
+        self.control.observe(self.regime, self.force)
 
     def measure(self, *pressures):
         """Measure these pressures in turn for longer than all time-outs."""

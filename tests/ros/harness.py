@@ -4,9 +4,11 @@
 import math
 import re
 import signal
+import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 
 from geometry_msgs.msg import PoseArray, Vector3, Vector3Stamped
 from lifecycle_msgs.msg import State as LifecycleState
@@ -75,8 +77,8 @@ class RunningNode(NodeProcess):
 
     def stop(self, number=signal.SIGINT):
         """Stop as a user does, but with patience: a busy machine is slow in tearing DDS down."""
-        if self.running:
-            self._process.send_signal(number)
+        self.send_signal(number)
+        with suppress(subprocess.TimeoutExpired):
             self.wait(DEADLINE)
         return super().stop(number)
 

@@ -32,7 +32,7 @@ def test_a_node_that_was_killed_and_started_again_has_forgotten_the_wrap(namespa
         with RunningNode(namespace, parameters) as first:
             gripper.wait_until_active(START_DEADLINE)
             assert gripper.wrap(0.02, timeout=600.0)
-            os.kill(first.process_id, signal.SIGSTOP)  # DDS would miss it after 20 s
+            os.kill(first.pid, signal.SIGSTOP)  # DDS would miss it after 20 s
             stopped = time.monotonic()
             with pytest.raises(NoAnswerError, match="nothing has been heard of it"):
                 gripper.wait(DEADLINE)

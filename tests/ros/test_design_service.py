@@ -117,7 +117,7 @@ def test_a_refusal_is_the_answer_and_no_file_is_opened(active, tmp_path):
 def design_processes(node):
     """Return the process ids of the designs that a node computes, whichever thread began them."""
     found = []
-    for task in Path(f"/proc/{node.process_id}/task").iterdir():
+    for task in Path(f"/proc/{node.pid}/task").iterdir():
         with contextlib.suppress(FileNotFoundError, ProcessLookupError):  # both come and go
             found += [
                 int(child)

@@ -3,6 +3,7 @@
 
 import math
 from concurrent.futures import Future
+from types import SimpleNamespace
 
 import pytest
 from core.grip_cases import DOWN, figures, table_of
@@ -66,7 +67,12 @@ class Bench(Steps):
     @property
     def words(self):
         """What has been asked, the force and the time to settle that are known, what is wanted."""
-        known = self.follower.answer(self.in_use, self.gravity, 5.0e4, 5.0e4)
+        plan = SimpleNamespace(
+            wrap=SimpleNamespace(object_radius=self.in_use.radius),
+            laid=SimpleNamespace(pressure=5.0e4),
+            gripper=SimpleNamespace(gravity=self.gravity),
+        )
+        known = self.follower.answer(plan, self.in_use.seen, 5.0e4)
         told = f"{known.normal_force:g} {known.settling:g}" if known else "- -"
         return f"{len(self.asked)} {told} {self.is_wanted and self.is_wanted()}"
 

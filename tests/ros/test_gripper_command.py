@@ -10,7 +10,7 @@ from ros.records import agrees, told
 from spiral_core import NotGrippableError
 from spiral_gripper_ros.actions.gripper_command import goal_from_command
 from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.planning.planner import NoPlanner
+from spiral_gripper_ros.planning.planner import GripperPlanner
 
 OPEN = 0.1
 LIMITS = Limits(pressure_cap=1.0e5, grip_ratio=1.1)
@@ -48,12 +48,12 @@ def test_a_limit_of_the_force_lowers_the_overpressure_or_is_refused(planner):
         limit = bare + part * (grip - bare)
         goal = goal_from_command([0.04], [limit], OPEN, planner, LIMITS)
         force = planner.contact_force(plan, plan.pressure + goal.overpressure)
-        assert force == pytest.approx(limit, rel=1e-3)  # the overpressure is found to 1 Pa
+        assert force == pytest.approx(limit, rel=1e-9)
 
 
 def test_diameter_and_force_are_those_of_the_pressure(planner):
     plan, curve = planner.plan(0.02), planner.curve
-    nothing = NoPlanner((9.80665, 0.0, 0.0), NotGrippableError(0.02, "nothing", -1.0, None))
+    nothing = GripperPlanner(planner.gripper, NotGrippableError(0.02, "nothing", -1.0, None))
     assert planner.contact_force(plan, 0.5 * plan.pressure) == 0.0
     for pressure, diameter in (
         (planner.plan(0.035).pressure, pytest.approx(0.07, rel=1e-8)),  # to 1e-9 of the radius

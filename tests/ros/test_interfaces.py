@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from rclpy.action import get_action_server_names_and_types_by_node
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import LivelinessPolicy
 from ros.records import agrees
 
@@ -90,7 +89,7 @@ def test_help_names_every_parameter_and_starts_no_node(main, kinds, capsys):
 
 
 def test_interfaces_and_parameters_are_those_on_record(node, namespace):
-    others = Simulator(SingleThreadedExecutor(), namespace=namespace).nodes
+    others = Simulator(namespace=namespace).nodes
     nodes = node, RegulatorNode(namespace=namespace), *others
     lines = []
     for one, kind in zip(nodes, KINDS, strict=True):

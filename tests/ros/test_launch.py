@@ -190,7 +190,7 @@ def test_every_argument_stands_on_the_page_and_every_executable_is_installed(nam
 def test_launch_files_parameters_and_rviz_configuration_are_installed():
     parts = re.search(r"foreach\(_part (.+?)\)", (ROOT / "packaging/pip.cmake").read_text())[1]
     setup = (PACKAGE / "setup.py").read_text(encoding="utf-8")
-    patterns = dict(re.findall(r'share/{NAME}/(\w+)", sorted\(glob\("(.+?)"', setup))
+    patterns = dict(re.findall(r'^    "(\w+)": "(.+)",$', setup, re.MULTILINE))
     for shipped in (*FILES.values(), SAMPLE, RVIZ):
         folder = shipped.parent.name
         assert shipped in PACKAGE.glob(patterns[folder])

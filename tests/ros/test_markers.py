@@ -17,7 +17,6 @@ from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.conversions import vector_from_msg
 from spiral_gripper_ros.messages.markers import (
     REGIME_COLORS,
-    Scene,
     scene_to_msg,
 )
 from spiral_gripper_ros.tools.studio import StudioListener
@@ -31,16 +30,17 @@ def wrap(planner):
 
 
 def drawn(commanded=None, measured=None, placement=None):
-    scene = Scene(commanded, measured, placement, None, "TRACKING", OUTER)
-    message = scene_to_msg(scene, 10_000, 1.25, Header())
+    scene = commanded, measured, placement, None, "TRACKING", OUTER
+    message = scene_to_msg(*scene, points=10_000, lifetime=1.25, header=Header())
     assert all_finite(message)
     return {marker.ns: marker for marker in message.markers}
 
 
 def test_the_colors_of_the_regimes_are_those_on_record(wrap):
     placement = place_object(wrap)
-    scenes = [Scene(None, None, placement, regime, "", OUTER) for regime in REGIME_COLORS]
-    agrees("scenes", "".join(told(scene_to_msg(one, 2, 1.25, Header())) for one in scenes))
+    scenes = [(None, None, placement, regime, "", OUTER) for regime in REGIME_COLORS]
+    named = {"points": 2, "lifetime": 1.25, "header": Header()}
+    agrees("scenes", "".join(told(scene_to_msg(*one, **named)) for one in scenes))
 
 
 def points_of(marker):
@@ -50,7 +50,7 @@ def points_of(marker):
 # A nearly opposite axis is drawn exactly opposite.
 @pytest.mark.parametrize("axis", [(2 / 3, -1 / 3, -2 / 3), (1e-9, 0, -1)])
 def test_tube_fiber_and_object_lie_where_they_are(wrap, planner, axis):
-    state, other = wrap.state, planner.shape(0.5 * wrap.pressure, None).state
+    state, (other, _) = wrap.state, planner.shape(0.5 * wrap.pressure, None)
     placement = replace(place_object(wrap), axis=axis)
     alone, both = drawn(state, None, placement), drawn(state, other)
     assert points_of(both["measured_tube"]) == pytest.approx(other.positions)

@@ -16,7 +16,7 @@ from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, Stat
 from spiral_gripper_ros.messages.conversions import (
     REGIMES,
 )
-from spiral_gripper_ros.messages.diagnostics import Health, diagnostics_to_msg
+from spiral_gripper_ros.messages.diagnostics import diagnostics_to_msg
 
 INTERFACES = Path(__file__).parents[2] / "spiral_gripper_msgs"
 FILES = sorted(str(p.relative_to(INTERFACES)) for p in INTERFACES.glob("*/*.[ams][csr][tgv]*"))
@@ -50,8 +50,10 @@ def test_every_number_of_an_interface_says_its_unit(name):
 
 
 def diagnosed(state, clock_stands_still=False, **fields):
-    health = Health("/node", "id", 3, clock_stands_still)
-    return diagnostics_to_msg(health, snapshot(state, **fields), Header().stamp).status[0]
+    seen = snapshot(state, **fields)
+    return diagnostics_to_msg(
+        seen, Header().stamp, "/node", "id", 3, clock_stands_still=clock_stands_still
+    ).status[0]
 
 
 def test_the_diagnostics_of_every_state_are_those_on_record():

@@ -120,10 +120,7 @@ def test_an_exception_in_a_transition_is_logged_and_leads_to_unconfigured(tracki
     assert tracking.trigger_configure() == SUCCESS
 
 
-BREAKS = (
-    "outputs.publish outputs.publish_shape outputs.publish_diagnostics loaded.update_shape "
-    "objects.offer scene drawn"
-)
+BREAKS = "outputs.publish outputs.publish_diagnostics loaded.update_shape objects.offer scene drawn"
 
 
 @pytest.mark.usefixtures("wrapped")
@@ -159,7 +156,7 @@ def test_an_executor_with_many_threads_is_refused(node, capfd):
 
 
 def test_the_pressure_goes_out_before_anything_else(node):
-    order, names = [], ("publish_pressure", "publish", "publish_shape")
+    order, names = [], ("publish_pressure", "publish")
     for name in names:
         setattr(node.runtime.outputs, name, lambda *_, name=name: order.append(name))
     offer(node)

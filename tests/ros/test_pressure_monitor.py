@@ -128,11 +128,10 @@ def test_noise_is_no_fault_does_not_hide_one_and_does_not_make_it_chatter(bench)
 
 def test_what_is_measured_is_smoothed(bench):
     bench.run(5.0e4, 1.0, 4.98e4, 5.02e4, math.nan, 1.0e8)
-    measured = bench.monitor.measured(bench.now + 0.25)
-    assert measured.pressure == pytest.approx(5.0e4, abs=20.0)
-    assert measured.age == pytest.approx(0.27)  # of what was believed
+    assert bench.monitor.measured == pytest.approx(5.0e4, abs=20.0)
+    assert bench.monitor.age(bench.now + 0.25) == pytest.approx(0.27)  # of what was believed
     bench.run(5.0e4, 1.0, None)
-    assert bench.monitor.measured(bench.now) is None
+    assert bench.monitor.measured is bench.monitor.age(bench.now) is None
 
 
 def test_a_burst_of_late_messages_is_no_fault(bench):

@@ -38,8 +38,8 @@ def test_a_regulator_is_told_when_a_node_hangs_is_deactivated_or_killed(client, 
         client.wait_until(lambda: len(client.pressures) >= 4, "slow commands")
         assert told == [1]  # signs of life
         for act, alive in (
-            (lambda: os.kill(node.process_id, signal.SIGSTOP), 0),
-            (lambda: os.kill(node.process_id, signal.SIGCONT), 1),
+            (lambda: os.kill(node.pid, signal.SIGSTOP), 0),
+            (lambda: os.kill(node.pid, signal.SIGCONT), 1),
             (lambda: client.transition("deactivate"), 0),
             (lambda: client.transition("activate"), 1),
             (lambda: node.stop(signal.SIGKILL), 0),

@@ -9,6 +9,7 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from ros.control_bench import rows
 from ros.harness import deliver, wait_until
@@ -18,6 +19,7 @@ from ros.regulator_devices import LineDevice, ModbusServer
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 
+from spiral_gripper_ros.process.guards import GuardedLoop
 from spiral_gripper_ros.regulators import regulator_node
 from spiral_gripper_ros.regulators.main import RegulatorProgram
 from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
@@ -158,7 +160,13 @@ class Bench:
         """Spin until the end, which may have been asked for; return the exit code."""
         node, self.node = self.node, None
         signals = SimpleNamespace(defer=list, requested=requested)
-        return RegulatorProgram().spin(node, signals)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        try:
+            return RegulatorProgram().spin(node, GuardedLoop(node.errors, executor), signals)
+        finally:
+            executor.shutdown()
+            node.destroy_node()
 
 
 @pytest.fixture

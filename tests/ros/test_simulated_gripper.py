@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The gripper as it really is: as described, or of a material that is stiffer or softer."""
 
-import numpy as np
+from dataclasses import replace
+
 import pytest
 from ros.control_bench import rows
 
 from spiral_core import InvalidInputError, SolverError, WrapCurve
 from spiral_core.rod.state import RodStatus
-from spiral_gripper_ros.simulation.simulated_gripper import Grip, ScaledActuation, SimulatedGripper
+from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 
 # The pressure as a multiple of the planned one, the radius of the object, the stiffness: the grip.
 GRIPS = """
@@ -41,13 +42,14 @@ def test_without_gravity_a_stiffer_material_takes_proportionally_more_pressure(g
     assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 
-def test_no_rounding_takes_a_pressure_past_the_limit(gripper):
-    limit = gripper.actuation.pressure_limit
-    # One factor in a hundred takes the limit, scaled and scaled back, to a little more than it.
-    for factor in np.linspace(0.2, 5.0, 1000):
-        scaled = ScaledActuation(gripper.actuation, float(factor))
-        curvature = scaled.unloaded_shape(scaled.pressure_limit).curvature
-        assert curvature == pytest.approx(gripper.actuation.unloaded_shape(limit).curvature)
+def test_a_stiffer_material_sags_as_one_of_that_stiffness(gripper):
+    stiffer = replace(gripper, stiffness=gripper.stiffness.scaled(1.5))
+    expected = WrapCurve(stiffer).state_at_pressure(5.0e4).tip_position
+    found = SimulatedGripper(gripper, 1.5).shape(1.5 * 5.0e4).tip_position
+    assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
+
+
+def test_a_factor_that_is_none_is_refused(gripper):
     with pytest.raises(InvalidInputError, match="stiffness_factor"):
         SimulatedGripper(gripper, 0.0)
 

@@ -89,15 +89,15 @@ def test_a_link_that_comes_back_inflates_nothing_before_somebody_has_looked(clos
 
 def test_a_node_that_hangs_and_then_is_killed_is_survived_by_the_regulators_watchdog(closed):
     loop = closed(False, 0.5, **{"pressure.rate_up": 2.0e5})
-    os.kill(loop.node.process_id, signal.SIGSTOP)
+    os.kill(loop.node.pid, signal.SIGSTOP)
     loop.vent()
     loop.pressures.clear()
-    os.kill(loop.node.process_id, signal.SIGCONT)
+    os.kill(loop.node.pid, signal.SIGCONT)
     loop.hold()
     # The regulator does not follow the old command, and the ramp starts from nothing.
     start = loop.pressures.index(0.0)
     assert loop.pressures[start + 1] < 3.0e4 < loop.pressures[-1]
-    os.kill(loop.node.process_id, signal.SIGKILL)
+    os.kill(loop.node.pid, signal.SIGKILL)
     loop.vent()
     # Nobody has said that it should vent: the last command was the wrap's.
     assert loop.pressures[-1] > 3.0e4

@@ -4,7 +4,6 @@
 import math
 
 import pytest
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.time import ClockType, Time
 from ros.control_bench import Steps, rows
 from ros.harness import deliver, serve
@@ -24,9 +23,7 @@ class Bench(Steps):
     def __init__(self, namespace, **values):
         values.update(radius=RADIUS, pressure_noise=0.0, estimate_noise=0.0, measured_rate=100.0)
         given = parameters(**values)
-        self.simulator = Simulator(
-            SingleThreadedExecutor(), namespace=namespace, parameter_overrides=given
-        )
+        self.simulator = Simulator(namespace=namespace, parameter_overrides=given)
         self.regulator, self.radii = self.simulator.nodes
         self.told = overhear(*self.simulator.nodes)
 
@@ -49,7 +46,6 @@ def bench(namespace, request):
     clock = request.param
     bench = Bench(namespace, publish_clock=clock, use_sim_time=not clock)
     yield bench
-    bench.simulator.executor.shutdown()
     for node in bench.simulator.nodes:
         node.destroy_node()
 

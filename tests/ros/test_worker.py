@@ -85,13 +85,18 @@ def test_what_has_no_answer_is_ended_with_its_reason_and_its_process_too(
         worker.answer(os.getpid)
 
 
-def test_a_design_that_needs_too_much_memory_is_an_answer(monkeypatch):
-    def greedy(*_):
-        raise MemoryError
+def greedy(*_):
+    raise MemoryError
 
-    monkeypatch.setattr(limited_design, "design_gripper", greedy)
+
+def greedy_design():
+    limited_design.design_gripper = greedy
+    design(LONG)
+
+
+def test_a_design_that_needs_too_much_memory_is_an_answer(worker):
     with pytest.raises(EndedError, match="more than 2 GB of memory"):
-        design(LONG)
+        worker.answer(greedy_design)
 
 
 def test_what_nobody_waits_for_any_more_is_ended_and_the_next_question_is_answered(worker):

@@ -19,7 +19,7 @@ from spiral_core.validation import require_direction, require_in_range, require_
 from spiral_core.wrap.gripper import STANDARD_GRAVITY, Gripper
 from spiral_gripper_msgs.action import FindApproach
 from spiral_gripper_msgs.msg import Approach
-from spiral_gripper_ros.actions.server import RESULT_TIMEOUT, GuardedServer
+from spiral_gripper_ros.actions.server import GuardedServer
 from spiral_gripper_ros.control.states import Reason
 from spiral_gripper_ros.messages.conversions import (
     filled,
@@ -28,7 +28,6 @@ from spiral_gripper_ros.messages.conversions import (
     pose_of,
     vector_from_msg,
 )
-from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, gravity_problem
 from spiral_gripper_ros.planning.approach import ApproachQuestion, FoundApproach, searched
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
@@ -58,10 +57,6 @@ class ApproachServer:
             self._execute,
             callback_group=ReentrantCallbackGroup(),
             cancel_callback=lambda _: CancelResponse.ACCEPT,
-            goal_service_qos_profile=REQUESTS,
-            result_service_qos_profile=REQUESTS,
-            cancel_service_qos_profile=REQUESTS,
-            result_timeout=RESULT_TIMEOUT,
         )
         self.destroy = self._server.destroy
 
@@ -91,7 +86,7 @@ class ApproachServer:
                 raise SpiralError(REPLACED) from None
             return result_of(found, text, handle.request.object_pose)
 
-        result = await answered(self._node, self._runtime, answer, refuse)
+        result = await answered(self._runtime, answer, refuse)
         if handle.is_cancel_requested:
             handle.canceled()
         elif result.success:
@@ -109,30 +104,21 @@ def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # no
     """
     _, axis = line_from_msg(request.object_pose.pose)
     gravity = (0.0, 0.0, -STANDARD_GRAVITY)
-    if request.gravity:
-        gravity = vector_from_msg(request.gravity[0])
+    for given in request.gravity:  # of at most one, as the others
+        gravity = vector_from_msg(given)
         if gravity_problem(gravity) is not None:
             raise InvalidInputError("gravity", gravity, GRAVITY_REQUIREMENT)
         require_direction("gravity", gravity)
-    friction, payload = known(request.friction_coefficient), known(request.payload)
-    tilt_max = known(request.tilt_max)
     radius = require_positive("object_radius", request.object_radius)
     require_in_range("object_radius", radius, 0.0, gripper.tube.length, "m")
-    if payload is not None:
+    for payload in request.payload:
         require_positive("payload", payload)
-    if tilt_max is not None:
-        require_in_range("tilt_max", require_positive("tilt_max", tilt_max), 0.0, math.pi, "rad")
-    if friction is not None:
+    for tilt in request.tilt_max:
+        require_in_range("tilt_max", require_positive("tilt_max", tilt), 0.0, math.pi, "rad")
+    for friction in request.friction_coefficient:
         gripper = replace(gripper, friction_coefficient=friction)
-    return ApproachQuestion(
-        gripper,
-        radius,
-        axis,
-        gravity,
-        payload,
-        tilt_max,
-        request.regions,
-    )
+    payload, tilt_max = known(request.payload), known(request.tilt_max)
+    return ApproachQuestion(gripper, radius, axis, gravity, payload, tilt_max, request.regions)
 
 
 def result_of(found: list[FoundApproach], text: str, object_pose: PoseStamped) -> Any:  # noqa: ANN401

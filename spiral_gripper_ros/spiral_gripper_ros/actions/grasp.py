@@ -53,22 +53,20 @@ class GraspServer(GoalServer):
         loaded, pressure, values = runtime.loaded, snapshot.pressure, dict[str, Any]()
         if isinstance(message, Grasp.Feedback):
             regime = None if loaded is None else loaded.shown_regime(snapshot)
-            grip = runtime.grip_message(snapshot.pressure_target)
-            values["settling_time"] = known(grip[0].settling_time) if grip else None
-            return filled(message, snapshot, report, regime=REGIMES[regime], **values)
+            grip = runtime.grip(snapshot.pressure_target)
+            values = {"regime": REGIMES[regime], "settling_time": grip and grip.settling}
+            return filled(message, snapshot, report, **values)
         success = report.outcome is GraspOutcome.SUCCEEDED
-        how = "commanded" if snapshot.measured is None else "measured"
-        does = "is" if report.radius is None else f"wraps {report.radius:.4g} m"
+        how = "commanded" if snapshot.measured_pressure is None else "measured"
+        does = "is" if plan is None else f"wraps {plan.wrap.object_radius:.4g} m"
         done = f"{does} at {pressure:.6g} Pa, as {how}"
         values["message"] = done if success else report.refusal.text
-        if plan is not None and report.radius is not None and loaded is not None:
-            cap, grip, contact = runtime.limits.pressure_cap, [], None
-            if snapshot.plan is plan:  # else the object is not held any more
-                grip = runtime.grip_message(pressure, known(request.payload))
-            if grip:
-                contact = grip[0].contact_length
+        if plan is not None and loaded is not None:
+            cap = runtime.limits.pressure_cap
+            # Else the object is not held any more.
+            grip = runtime.grip(pressure) if snapshot.plan is plan else None
             aimed = min(plan.pressure + report.overpressure, cap)
-            asked = (plan, report.radius, aimed, loaded.planner, cap, contact)
-            values |= {"grip": grip, "figures": [figures_to_msg(*asked)]}
+            values["grip"] = runtime.grip_message(grip, known(request.payload))
+            values["figures"] = [figures_to_msg(plan, aimed, loaded.planner, cap, grip)]
         reason = report.refusal.reason
         return filled(message, snapshot, report, success=success, reason=reason, **values)

@@ -11,23 +11,20 @@ import math
 from collections.abc import Sequence
 
 from spiral_core.errors import SpiralError
+from spiral_core.numerics.roots import last_positive
 from spiral_gripper_ros.control.grasp import GraspGoal
 from spiral_gripper_ros.control.limits import AbortPolicy, Limits
-from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.release import ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.control.target import default_overpressure
-from spiral_gripper_ros.planning.planner import AnyPlanner
-
-# The overpressure that keeps a max_effort is found to this [Pa].
-OVERPRESSURE_STEP = 1.0
+from spiral_gripper_ros.planning.planner import GripperPlanner
 
 
 def goal_from_command(
     positions: Sequence[float],
     efforts: Sequence[float],
     opening: float,
-    planner: AnyPlanner,
+    planner: GripperPlanner,
     limits: Limits,
 ) -> GraspGoal | ReleaseGoal | Refusal:
     """Return the goal that a command means for this gripper, or why it is refused.
@@ -77,24 +74,13 @@ def goal_from_command(
                 f"more than max_effort = {limit:.6g} N"
             )
             return Refusal(Reason.INVALID_REQUEST, text)
+
+        def spare(above: float) -> float:
+            return limit - planner.contact_force(plan, plan.pressure + above)
+
         # A number: the default grip may press harder once its contact is known.
-        overpressure = _overpressure_within(limit, plan, planner, limits)
+        overpressure = default_overpressure(plan, limits)
+        if spare(overpressure) < 0.0:
+            overpressure = last_positive(spare, 0.0, overpressure)
     # As the controllers of ros2_control: a goal that is canceled or fails holds what it has.
     return GraspGoal(0.5 * position, overpressure=overpressure, abort_policy=AbortPolicy.HOLD)
-
-
-def _overpressure_within(
-    limit: float, plan: WrapPlan, planner: AnyPlanner, limits: Limits
-) -> float:
-    """Return the overpressure [Pa] whose force keeps a limit [N], at most that of the default."""
-
-    def keeps(overpressure: float) -> bool:
-        return planner.contact_force(plan, plan.pressure + overpressure) <= limit
-
-    low, high = 0.0, default_overpressure(plan, limits)
-    if keeps(high):
-        return high
-    while high - low > OVERPRESSURE_STEP:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if keeps(middle) else (low, middle)
-    return low

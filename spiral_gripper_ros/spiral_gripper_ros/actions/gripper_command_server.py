@@ -34,10 +34,9 @@ def gripper_command_servers(node: Node, runtime: Runtime) -> list[GoalServer]:
         logger.info(f"{PACKAGE} is not installed: gripper_cmd is not offered")
         return servers
     chosen = runtime.values.gripper_cmd.type
-    names = {"gripper_cmd": chosen, "parallel_gripper_cmd": "ParallelGripperCommand"}
-    if chosen == "ParallelGripperCommand":  # one name for one action
-        del names["parallel_gripper_cmd"]
-    for name, type_name in names.items():
+    names = {chosen: "gripper_cmd"}
+    names.setdefault("ParallelGripperCommand", "parallel_gripper_cmd")  # one name for one action
+    for type_name, name in names.items():
         action = getattr(actions, type_name, None)
         if action is None:
             logger.info(f"{PACKAGE} has no {type_name}: {name} is not offered")
@@ -98,7 +97,7 @@ class GripperCommandServer(GoalServer):
         plan, planner = report.plan or snapshot.plan, loaded.planner
         if plan is None or radius is None or not snapshot.wrapped:
             return planner.wrapped_diameter(pressure, self._opening), 0.0
-        grip = loaded.grip(plan, plan.wrap.object_radius, runtime.seen_object(), pressure)
+        grip = loaded.grips.answer(plan, runtime.seen_object(), pressure)
         force = planner.contact_force(plan, pressure) if grip is None else grip.normal_force
         return 2.0 * radius, force
 

@@ -21,11 +21,9 @@ class ReleaseServer(GoalServer):
     def told(self, message: Any, request: Any, report: GraspReport) -> Any:  # noqa: ANN401
         """Return the feedback on a release, or its result."""
         del request
-        snapshot, success = (
-            self.runtime.control.snapshot(),
-            report.outcome is GraspOutcome.SUCCEEDED,
-        )
-        is_measured = snapshot.measured is not None
+        snapshot = self.runtime.control.snapshot()
+        success = report.outcome is GraspOutcome.SUCCEEDED
+        is_measured = snapshot.measured_pressure is not None
         how = "measured" if is_measured else "commanded (nothing measures the pressure)"
         done = f"vented, as {how}; call rearm to follow radii again"
         text = done if success else report.refusal.text

@@ -35,7 +35,9 @@ class GuardedServer(ActionServer):  # type: ignore[misc]
 
     def __init__(self, errors: ErrorLog, *arguments: Any, **options: Any) -> None:  # noqa: ANN401
         self._errors = errors
-        super().__init__(*arguments, **options)
+        for service in ("goal", "result", "cancel"):
+            options[f"{service}_service_qos_profile"] = REQUESTS
+        super().__init__(*arguments, result_timeout=RESULT_TIMEOUT, **options)
 
     async def execute(self, taken_data: Any) -> None:  # noqa: ANN401
         """Answer the requests that were taken."""
@@ -72,13 +74,14 @@ class GoalServer:
         node: the ROS node that serves.
         runtime: the gripper that carries out the goals.
         kind: type of the action.
+        runs: the goals that run, or whose results are not sent yet.
     """
 
     def __init__(self, node: Node, runtime: Runtime, kind: Any, name: str) -> None:  # noqa: ANN401
         self.node = node
         self.runtime = runtime
         self.kind, self._name = kind, name
-        self._runs: dict[int, _Run] = {}
+        self.runs: dict[int, _Run] = {}
         self._send_feedback = log_on_error(runtime.errors, self._feedback)
         self._server = GuardedServer(
             runtime.errors,
@@ -88,10 +91,6 @@ class GoalServer:
             self._execute,
             callback_group=MutuallyExclusiveCallbackGroup(),
             cancel_callback=self._cancel,
-            goal_service_qos_profile=REQUESTS,
-            result_service_qos_profile=REQUESTS,
-            cancel_service_qos_profile=REQUESTS,
-            result_timeout=RESULT_TIMEOUT,
         )
 
     # --- messages of the action ----------------------------------------------------------------
@@ -108,7 +107,7 @@ class GoalServer:
 
     async def _execute(self, handle: Any) -> Any:  # noqa: ANN401
         """Carry out a goal and return its result."""
-        run = self._runs[id(handle)] = _Run(handle)
+        run = self.runs[id(handle)] = _Run(handle)
         try:
             self._start(run)
         except Exception as error:
@@ -116,7 +115,7 @@ class GoalServer:
         try:
             report, result = await run.end
         finally:
-            del self._runs[id(handle)]
+            del self.runs[id(handle)]
         if report.outcome is GraspOutcome.FAILED:
             self.node.get_logger().warning(f"{self._name}: {report.refusal.text}")
         ends: dict[GraspOutcome, Callable[[], None]] = {
@@ -129,46 +128,43 @@ class GoalServer:
     def _start(self, run: _Run) -> None:
         """Start a goal; the pressure is commanded at once, and feedback follows with each tick.
 
-        A grasp that was canceled before is not started; a release vents whenever it is canceled.
+        A goal that cannot be read is refused. A grasp that was canceled before is not started; a
+        release vents whenever it is canceled.
         """
-        goal, is_canceled = self._read(run.handle.request), run.handle.is_cancel_requested
-        if is_canceled and not isinstance(goal, ReleaseGoal):
-            self._end(run, GraspReport(GraspOutcome.CANCELED, _CANCELED_BEFORE))
-            return
-        answer = self._started(goal)
-        if isinstance(answer, Refusal):
-            self._end(run, GraspReport(GraspOutcome.FAILED, answer))
-            return
-        run.goal = answer
-        if is_canceled:
-            self.runtime.control.cancel(self.runtime.now(), answer)
-        self.runtime.publish()
-
-    def _read(self, request: Any) -> GraspGoal | ReleaseGoal | Refusal:  # noqa: ANN401
-        """Return what a goal has the control logic do; one that cannot be read is refused."""
+        runtime, is_canceled = self.runtime, run.handle.is_cancel_requested
         try:
-            return self.goal(request)
+            goal = self.goal(run.handle.request)
         except Exception as error:
-            self.runtime.errors.note(f"a goal of {self._name}", error)
-            return Refusal(Reason.INTERNAL_ERROR, f"the goal cannot be read: {error!r}")
-
-    def _started(self, goal: GraspGoal | ReleaseGoal | Refusal) -> Grasp | Release | Refusal:
-        runtime = self.runtime
+            runtime.errors.note(f"a goal of {self._name}", error)
+            goal = Refusal(Reason.INTERNAL_ERROR, f"the goal cannot be read: {error!r}")
+        if is_canceled and not isinstance(goal, ReleaseGoal):
+            self._end(run, GraspReport(_CANCELED_BEFORE))
+            return
+        now = runtime.now()
+        started: Grasp | Release | Refusal
         if isinstance(goal, Refusal):
-            return goal
-        if runtime.loaded is None:
-            return Refusal(Reason.NOT_ACTIVE, runtime.not_configured)
-        if isinstance(goal, ReleaseGoal):
-            return runtime.control.start_release(runtime.now(), goal)
-        return runtime.control.start_grasp(runtime.now(), goal, runtime.loaded.planner)
+            started = goal
+        elif runtime.loaded is None:
+            started = Refusal(Reason.NOT_ACTIVE, runtime.not_configured)
+        elif isinstance(goal, ReleaseGoal):
+            started = runtime.control.start_release(now, goal)
+        else:
+            started = runtime.control.start_grasp(now, goal, runtime.loaded.planner)
+        if isinstance(started, Refusal):
+            self._end(run, GraspReport(started))
+            return
+        run.goal = started
+        if is_canceled:
+            runtime.control.cancel(now, started)
+        runtime.publish()
 
     def tick(self) -> None:
         """Send feedback, and end the finished goals; never raises, never publishes a command."""
-        for run in list(self._runs.values()):
+        for run in list(self.runs.values()):
             if run.goal is None or run.end.done():
                 continue
             report = run.goal.report
-            if report.outcome is not GraspOutcome.RUNNING:
+            if report.end is not None:
                 self._end(run, report)
             elif run.told_at is None or report.elapsed - run.told_at >= FEEDBACK_PERIOD:
                 run.told_at = report.elapsed
@@ -179,7 +175,7 @@ class GoalServer:
 
     def _cancel(self, handle: Any) -> CancelResponse:  # noqa: ANN401
         """Cancel a goal at once; one that has ended but is not yet told of it stays as it is."""
-        run = self._runs.get(id(handle))
+        run = self.runs.get(id(handle))
         if run is not None and run.end.done():
             return CancelResponse.REJECT
         if run is not None and run.goal is not None:
@@ -214,17 +210,12 @@ class GoalServer:
     def _failed(self, where: str, error: Exception) -> GraspReport:
         """Log an exception, vent, and return the report of the goal that it ends."""
         text = report_exception(self.runtime, where, error)
-        return GraspReport(GraspOutcome.FAILED, Refusal(Reason.INTERNAL_ERROR, text))
+        return GraspReport(Refusal(Reason.INTERNAL_ERROR, text))
 
     # --- end -----------------------------------------------------------------------------------
 
-    @property
-    def is_running(self) -> bool:
-        """Whether a goal runs, or its result is not sent yet."""
-        return bool(self._runs)
-
     def destroy(self) -> None:
         """End the goals that still run, without feedback, and destroy the action server."""
-        for run in self._runs.values():
-            self._end(run, GraspReport(GraspOutcome.FAILED, _DESTROYED))
+        for run in self.runs.values():
+            self._end(run, GraspReport(_DESTROYED))
         self._server.destroy()

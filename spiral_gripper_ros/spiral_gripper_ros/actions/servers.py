@@ -52,7 +52,7 @@ class GoalServers:
         Args:
             executor: of the node; it must not be spinning.
         """
-        if not any(server.is_running for server in self._servers):
+        if not any(server.runs for server in self._servers):
             return False
         self._tick()
         deadline = time.monotonic() + END_TIME

@@ -7,14 +7,13 @@ import itertools
 import os
 import time
 from collections.abc import Callable
-from queue import SimpleQueue
-from threading import Thread
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import rclpy
 from rclpy.context import Context
 from rclpy.exceptions import InvalidNamespaceException
-from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
@@ -31,51 +30,12 @@ INTERRUPT_DELAY = 0.2
 _numbers = itertools.count(1)
 
 
-class _Spinner:
-    """Spins an executor in a thread of its own while its caller waits.
-
-    Python's signal handlers run in the main thread, and a KeyboardInterrupt in the midst of rclpy's
-    executor leaves entities behind that are never looked at again. Measured: after one Ctrl-C of
-    100 nothing was answered any more. The queues are compiled code, which an interrupt cannot leave
-    locked; an answer that nobody waited for is dropped by its number.
-    """
-
-    def __init__(self, executor: Executor) -> None:
-        self._executor = executor
-        self._asked: SimpleQueue[tuple[int, float] | None] = SimpleQueue()
-        self._done: SimpleQueue[tuple[int, Exception | None]] = SimpleQueue()
-        self._count = 0
-        self._thread = Thread(target=self._run, name="spiral_gripper_client", daemon=True)
-        self._thread.start()
-
-    def spin_once(self, period: float) -> None:
-        """Handle what arrives next within a time [s]; raise what a callback raises."""
-        self._count += 1
-        self._asked.put((self._count, period))
-        number, error = self._done.get()
-        while number != self._count:
-            number, error = self._done.get()
-        if error is not None:
-            raise error
-
-    def end(self) -> None:
-        """End the thread, after what it is handling."""
-        self._asked.put(None)
-        self._thread.join()
-
-    def _run(self) -> None:
-        while (asked := self._asked.get()) is not None:
-            number, period = asked
-            try:
-                self._executor.spin_once(period)
-            except Exception as error:
-                self._done.put((number, error))
-            else:
-                self._done.put((number, None))
-
-
 class Connection:
     """A node that is spun within calls only; every wait has an end.
+
+    It is spun in a thread of its own while its caller waits: Python's signal handlers run in the
+    main thread, and a KeyboardInterrupt in the midst of rclpy's executor leaves entities behind
+    that are never looked at again. Measured: after one Ctrl-C of 100 nothing was answered any more.
 
     If nobody has initialized rclpy, this does, in a context of its own, for as long as it is open.
 
@@ -92,7 +52,11 @@ class Connection:
     def __init__(self, namespace: str, answer_timeout: float, missing: Callable[[], str]) -> None:
         self._answer_timeout = require_positive("answer_timeout", answer_timeout)
         self._missing = missing
-        _require_namespace(namespace)
+        try:  # before ROS warns about it
+            validate_namespace(f"/{namespace.removeprefix('/')}")
+        except (InvalidNamespaceException, AttributeError):
+            requirement = 'a ROS namespace: letters, digits and "_", such as "/left"'
+            raise InvalidInputError("namespace", namespace, requirement) from None
         self.closed = False
         self._own: Context | None = None
         if not rclpy.ok():
@@ -102,19 +66,14 @@ class Connection:
         self.node = Node(name, namespace=namespace, context=self._own)
         self._executor = SingleThreadedExecutor(context=self._own)
         self._executor.add_node(self.node)
-        self._spinner = _Spinner(self._executor)
-
-    @property
-    def is_shut_down(self) -> bool:
-        """Whether ROS was shut down while it was open: rclpy does so at Ctrl-C for who asks it."""
-        return not (self.closed or self.node.context.ok())
+        self._spinner = ThreadPoolExecutor(1, thread_name_prefix="spiral_gripper_client")
 
     def close(self) -> None:
         """Destroy the node; once is enough."""
         if self.closed:
             return
         self.closed = True
-        self._spinner.end()
+        self._spinner.shutdown()
         self._executor.shutdown()
         self.node.destroy_node()
         if self._own is not None:
@@ -131,7 +90,7 @@ class Connection:
                 return False
             period = min(SPIN_PERIOD, remaining)
             try:
-                self._spinner.spin_once(period)
+                self._spinner.submit(self._executor.spin_once, period).result()
             except ExternalShutdownException:
                 time.sleep(INTERRUPT_DELAY)
                 raise
@@ -153,12 +112,3 @@ class Connection:
         """Return a service's answer; it may take ``patience`` [s] or the time of any answer."""
         self.require(client.service_is_ready)
         return self.answer(client.call_async(request), client.srv_name, patience)
-
-
-def _require_namespace(namespace: str) -> None:
-    """Raise InvalidInputError for what cannot be a namespace, before ROS warns about it."""
-    try:
-        validate_namespace(f"/{namespace.removeprefix('/')}")
-    except (InvalidNamespaceException, AttributeError):
-        requirement = 'a ROS namespace: letters, digits and "_", such as "/left"'
-        raise InvalidInputError("namespace", namespace, requirement) from None

@@ -11,8 +11,6 @@ from rclpy.task import Future
 from spiral_core.errors import InvalidInputError
 from spiral_core.validation import require_non_negative, require_positive
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_msgs.msg import ObjectToWrap
-from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import WrapOutcome, WrapResult
 from spiral_gripper_ros.control.limits import AbortPolicy
 from spiral_gripper_ros.control.states import Reason
@@ -55,61 +53,12 @@ class LateCancel:
         self.is_over = True
 
 
-def goal_of_wrap(
-    radius: float | None,
-    overpressure: float | None,
-    timeout: float | None,
-    abort_policy: AbortPolicy | str | None,
-) -> Grasp.Goal:
-    """Return the goal for a wrap; arguments as in :meth:`SpiralGripper.wrap`.
+def goal_with(timeout: float | None, abort_policy: AbortPolicy | str | None) -> Grasp.Goal:
+    """Return a goal with what every goal has.
 
     Raises:
-        InvalidInputError: a figure is not possible.
+        InvalidInputError: the time [s] is not positive, or there is no such policy.
     """
-    goal = _goal(timeout, abort_policy)
-    goal.mode = Grasp.Goal.MODE_FOLLOWED
-    if radius is not None:
-        goal.mode, goal.object_radius = Grasp.Goal.MODE_RADIUS, require_positive("radius", radius)
-    goal.overpressure = _non_negative("overpressure", overpressure)
-    return goal
-
-
-def goal_of_pressure(
-    pressure: float, timeout: float | None, abort_policy: AbortPolicy | str | None
-) -> Grasp.Goal:
-    """Return the goal for a pressure; arguments as in :meth:`SpiralGripper.press`.
-
-    Raises:
-        InvalidInputError: a figure is not possible.
-    """
-    goal = _goal(timeout, abort_policy)
-    goal.mode, goal.pressure = Grasp.Goal.MODE_PRESSURE, require_non_negative("pressure", pressure)
-    return goal
-
-
-def request_of_plan(
-    radius: float, overpressure: float | None, payload: float | None, friction: float | None
-) -> PlanWrap.Request:
-    """Return the request for a plan; arguments as in :meth:`SpiralGripper.plan`.
-
-    Raises:
-        InvalidInputError: a figure is not possible.
-    """
-    asked = ObjectToWrap(
-        radius=require_positive("radius", radius),
-        payload=_non_negative("payload", payload),
-        friction_coefficient=_non_negative("friction", friction),
-    )
-    above = _non_negative("overpressure", overpressure)
-    return PlanWrap.Request(objects=[asked], backbone=True, overpressure=above)
-
-
-def _non_negative(name: str, value: float | None) -> list[float]:
-    return [] if value is None else [require_non_negative(name, value)]
-
-
-def _goal(timeout: float | None, abort_policy: AbortPolicy | str | None) -> Grasp.Goal:
-    """Return a goal with what every goal has."""
     try:
         policy = _ABORT_POLICIES[None if abort_policy is None else AbortPolicy(abort_policy)]
     except ValueError:
@@ -117,6 +66,15 @@ def _goal(timeout: float | None, abort_policy: AbortPolicy | str | None) -> Gras
         raise InvalidInputError("abort_policy", abort_policy, requirement) from None
     limit = [] if timeout is None else [require_positive("timeout", timeout)]
     return Grasp.Goal(timeout=limit, abort_policy=policy)
+
+
+def non_negative(name: str, value: float | None) -> list[float]:
+    """Return a number that is not negative as a list of one, None as an empty one.
+
+    Raises:
+        InvalidInputError: it is no such number.
+    """
+    return [] if value is None else [require_non_negative(name, value)]
 
 
 def result_of_wrap(response: Any) -> WrapResult:  # noqa: ANN401

@@ -7,7 +7,6 @@ It spins a node of its own within its calls: in a script, or inside another node
 from __future__ import annotations
 
 import time
-from types import TracebackType
 from typing import Any
 
 from geometry_msgs.msg import Pose
@@ -16,9 +15,9 @@ from rclpy.task import Future
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
-from spiral_core.validation import require_positive
+from spiral_core.validation import require_non_negative, require_positive
 from spiral_gripper_msgs.action import Grasp
-from spiral_gripper_msgs.msg import GripStatus, PlannedWrap, Wrap
+from spiral_gripper_msgs.msg import GripStatus, ObjectToWrap, PlannedWrap, Wrap
 from spiral_gripper_msgs.srv import PlanWrap
 from spiral_gripper_ros.client.answers import (
     NoAnswerError,
@@ -29,9 +28,8 @@ from spiral_gripper_ros.client.answers import (
 from spiral_gripper_ros.client.connection import Connection
 from spiral_gripper_ros.client.goals import (
     LateCancel,
-    goal_of_pressure,
-    goal_of_wrap,
-    request_of_plan,
+    goal_with,
+    non_negative,
     result_of_wrap,
 )
 from spiral_gripper_ros.control.limits import AbortPolicy
@@ -104,12 +102,7 @@ class SpiralGripper:
     def __enter__(self) -> SpiralGripper:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     # --- the gripper ---------------------------------------------------------------------------
@@ -180,9 +173,14 @@ class SpiralGripper:
             InvalidInputError: a figure is not possible.
             NoAnswerError: the node does not answer.
         """
-        request = request_of_plan(radius, overpressure, payload, friction)
-        request.compute_grip = compute_grip
-        request.objects[0].pose = [] if pose is None else [pose]
+        asked = ObjectToWrap(
+            radius=require_positive("radius", radius),
+            payload=non_negative("payload", payload),
+            friction_coefficient=non_negative("friction", friction),
+            pose=[] if pose is None else [pose],
+        )
+        request = PlanWrap.Request(objects=[asked], backbone=True, compute_grip=compute_grip)
+        request.overpressure = non_negative("overpressure", overpressure)
         patience = GRIP_TIMEOUT if compute_grip else 0.0
         return self._link.call(self._plan, request, patience).plans[0]
 
@@ -197,7 +195,8 @@ class SpiralGripper:
         try:
             self._link.call(self._vent, Trigger.Request())
         except Exception:
-            if not self._link.is_shut_down:
+            # rclpy shuts ROS down at Ctrl-C for who asks it.
+            if self._link.closed or self._link.node.context.ok():
                 raise
             self._link.close()
             self._connect()
@@ -249,7 +248,14 @@ class SpiralGripper:
             NoAnswerError: the node does not answer. If the goal is accepted later, the next call
                 of this object that hears of it cancels it, as after an interrupt.
         """
-        return self._send(goal_of_wrap(radius, overpressure, timeout, abort_policy))
+        goal = goal_with(timeout, abort_policy)
+        goal.mode, goal.overpressure = (
+            goal.MODE_FOLLOWED,
+            non_negative("overpressure", overpressure),
+        )
+        if radius is not None:
+            goal.mode, goal.object_radius = goal.MODE_RADIUS, require_positive("radius", radius)
+        return self._send(goal)
 
     def press(
         self,
@@ -264,7 +270,9 @@ class SpiralGripper:
             timeout: longest time until it is reached [s], > 0; None: as the parameter says.
             abort_policy: as of :meth:`wrap`; so are the answer and the errors.
         """
-        return self._send(goal_of_pressure(pressure, timeout, abort_policy))
+        goal = goal_with(timeout, abort_policy)
+        goal.mode, goal.pressure = goal.MODE_PRESSURE, require_non_negative("pressure", pressure)
+        return self._send(goal)
 
     def _send(self, goal: Grasp.Goal) -> bool:
         """Send a goal in place of what runs; return whether it is accepted."""

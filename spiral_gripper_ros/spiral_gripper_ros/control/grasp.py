@@ -45,25 +45,37 @@ class GraspGoal:
 
 @dataclass(frozen=True, slots=True)
 class GraspReport:
-    """The report on a grasp or a release; final once ``outcome`` is not ``RUNNING``.
+    """The report on a grasp or a release; final once it has an ``end``.
 
     Args:
-        outcome: its state.
-        refusal: why it was refused, failed or was canceled; ``Reason.NONE`` otherwise.
+        end: why it was refused, failed or was canceled; ``Reason.NONE``: it has succeeded; None: it
+            has not ended.
         elapsed: time from its start to its end, or until now [s].
         progress: the command's part of the way to its target, 0 to 1.
-        radius: of the object [m], or None.
         plan: the planned wrap, or None.
         overpressure: that it asks for above the wrap's pressure [Pa].
     """
 
-    outcome: GraspOutcome
-    refusal: Refusal = NOT_REFUSED
+    end: Refusal | None = None
     elapsed: float = 0.0
     progress: float = 0.0
-    radius: float | None = None
     plan: WrapPlan | None = None
     overpressure: float = 0.0
+
+    @property
+    def outcome(self) -> GraspOutcome:
+        """Its state."""
+        if self.end is None:
+            return GraspOutcome.RUNNING
+        if not self.end:
+            return GraspOutcome.SUCCEEDED
+        is_canceled = self.end.reason is Reason.GRASP_CANCELED
+        return GraspOutcome.CANCELED if is_canceled else GraspOutcome.FAILED
+
+    @property
+    def refusal(self) -> Refusal:
+        """Why it was refused, failed or was canceled; ``Reason.NONE`` otherwise."""
+        return self.end or NOT_REFUSED
 
 
 class RunningGoal:
@@ -78,17 +90,16 @@ class RunningGoal:
 
     def __init__(self, now: float) -> None:
         self._started = now
-        self.report = GraspReport(GraspOutcome.RUNNING)
+        self.report = GraspReport()
 
     def elapsed(self, now: float) -> float:
         """Return the time since its acceptance [s]."""
         return now - self._started
 
-    def end(self, now: float, outcome: GraspOutcome, refusal: Refusal) -> None:
+    def end(self, now: float, refusal: Refusal) -> None:
         """Make the report final, unless it is."""
-        if self.report.outcome is GraspOutcome.RUNNING:
-            elapsed = self.elapsed(now)
-            self.report = replace(self.report, outcome=outcome, refusal=refusal, elapsed=elapsed)
+        if self.report.end is None:
+            self.report = replace(self.report, end=refusal, elapsed=self.elapsed(now))
 
 
 class Grasp(RunningGoal):
@@ -101,7 +112,9 @@ class Grasp(RunningGoal):
         limits: what counts where the goal does not say.
 
     Attributes:
+        timeout: longest time until it is settled [s].
         wraps: whether it is to wrap an object; else only to reach a pressure.
+        abort_policy: what becomes of the pressure if it fails.
     """
 
     def __init__(self, goal: GraspGoal, now: float, snapshot: Snapshot, limits: Limits) -> None:
@@ -136,10 +149,8 @@ class Grasp(RunningGoal):
         if way != 0.0:
             progress = min(max((command - self._start_command) / way, 0.0), 1.0)
         self.report = GraspReport(
-            outcome=GraspOutcome.RUNNING,
             elapsed=self.elapsed(now),
             progress=progress,
-            radius=snapshot.radius,
             plan=snapshot.plan,
             overpressure=snapshot.overpressure,
         )
@@ -151,10 +162,6 @@ class Grasp(RunningGoal):
         if is_measured:
             return self._near is not None and self._near[1] - self._near[0] >= PERSISTENCE
         return now - self._arrived >= limits.pressure_settle_time
-
-    def is_late(self, now: float) -> bool:
-        """Return whether its time is up."""
-        return self.elapsed(now) > self.timeout
 
 
 def impossible_goal(goal: GraspGoal) -> Refusal | None:

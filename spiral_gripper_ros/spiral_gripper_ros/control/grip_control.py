@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import Counter
 
 from spiral_core.wrap.wrap import WrapRegime
-from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, GraspOutcome, impossible_goal
+from spiral_gripper_ros.control.grasp import Grasp, GraspGoal, impossible_goal
 from spiral_gripper_ros.control.limits import AbortPolicy, FaultPolicy, Limits, TimeoutPolicy
 from spiral_gripper_ros.control.plan import Planner
 from spiral_gripper_ros.control.pressure_monitor import PressureMonitor, impossible_pressure
@@ -88,7 +88,6 @@ class GripControl:
         self._ramped_until = self._rests_until = 0.0
         self._gate = RadiusGate()
         self._accepted = 0
-        self._accepted_at: float | None = None
         self._refused: Counter[Reason] = Counter()
         self._last_refused = NOT_REFUSED
         self._monitor = PressureMonitor()
@@ -98,7 +97,6 @@ class GripControl:
         self._grasp: Grasp | None = None  # that has not ended yet
         self._releases: list[Release] = []  # likewise
         self._radius, self._client, self._gravity = Silence(), Silence(), Silence()
-        self._gravity_at: float | None = None
         self._take_over = TakeOver()
 
     # --- life cycle --------------------------------------------------------------------------
@@ -135,9 +133,8 @@ class GripControl:
 
     def rearm(self) -> Refusal | None:
         """Follow radii again after a release or a fault; return why not if that cannot be."""
-        fault = self._monitor.fault
-        stays = fault.reason is not Reason.NONE and self._vents_at_faults
-        if stays and self._state is State.FAULT:
+        fault, vents = self._monitor.fault, self._limits.pressure_fault_policy is FaultPolicy.VENT
+        if fault and vents and self._state is State.FAULT:
             return Refusal(fault.reason, f"the fault is still there: {fault.text}")
         if self._state is State.INACTIVE:
             return NOT_ACTIVE
@@ -168,14 +165,13 @@ class GripControl:
             self._refused[self._refusal.reason] += 1
             return False
         refusal = self._gate.refusal(time, radius, planner.radius_range, self._limits)
-        if refusal is None and self._target.needs_plan(radius, self._limits.radius_hysteresis):
+        if not refusal and self._target.needs_plan(radius, self._limits.radius_hysteresis):
             refusal = self._target.set_radius(radius, planner, self._limits)
-        if refusal is not None:
+        if refusal:
             self._refuse(refusal)
         else:
             self._target.resume()
             self._accepted += 1
-            self._accepted_at = time
             self._radius.hear(time)
             self._last_refused = NOT_REFUSED
             self._enter(Event.RADIUS, NOT_REFUSED)
@@ -187,14 +183,11 @@ class GripControl:
 
     def hear_gravity(self, now: float, age: float = 0.0) -> None:
         """Note that a usable gravity was heard, as old as its stamp says [s]."""
-        time = self._clock.advance(now)
-        self._gravity.hear(time, age)
-        self._gravity_at = time - age
+        self._gravity.hear(self._clock.advance(now), age)
 
     def forget_gravity(self) -> None:
         """Expect no gravity: it is that of the parameter."""
         self._gravity.forget()
-        self._gravity_at = None
 
     def offer_measured(self, now: float, pressure: float) -> Refusal | None:
         """Judge a measured gauge pressure [Pa], any float; return why it is dropped, if it is."""
@@ -203,7 +196,7 @@ class GripControl:
             # What is commanded is what the regulator holds: that is no fault.
             self._monitor.commanded(time, pressure, self._limits)
         refusal = self._monitor.offer(time, pressure, self._limits)
-        if refusal is not None:
+        if refusal:
             self._refused[refusal.reason] += 1
             return refusal
         if self._take_over.waits:
@@ -212,17 +205,16 @@ class GripControl:
                 self._target.clear()
                 self._pressure = capped_pressure(held, self._limits.pressure_cap)
                 self._enter(Event.AGREED, TAKEN_OVER)
-        measured = self._monitor.measured(time)
+        measured = self._monitor.measured
         if self._grasp is not None and measured is not None:
-            self._grasp.measured(time, measured.pressure, self._pressure_target, self._limits)
+            self._grasp.measured(time, measured, self._pressure_target, self._limits)
         return None
 
-    def observe(self, now: float, regime: WrapRegime | None, force: float | None = None) -> None:
+    def observe(self, regime: WrapRegime | None, force: float | None = None) -> None:
         """Note how the object in use is held: as measured, else as commanded; None: not known.
 
         A regime without a force on the object [N/m] holds nothing.
         """
-        self._clock.advance(now)
         self._regime = None if force is not None and not force > 0.0 else regime
 
     def refuse(self, refusal: Refusal) -> None:
@@ -242,12 +234,7 @@ class GripControl:
         is accepted, or a plan for the radius of a grasp.
         """
         self._target.outdate(planner)
-        if self._state is State.GRASPING:
-            self._replan_grasp()
-        else:
-            refusal = self._target.replan(self._limits)
-            if refusal is not None:
-                self._refuse(refusal)
+        self._replan()
 
     def reconfigure(self, limits: Limits) -> None:
         """Use other limits from now on; a lower cap cuts the command with the next step.
@@ -259,10 +246,10 @@ class GripControl:
         self._target.outdate()
         refusal = self._target.beyond_cap(limits)
         if self._state is not State.GRASPING or self._target.plan is None:
-            if refusal is not None:
+            if refusal:
                 self._refuse(refusal)
-        elif refusal is not None or self._refusal.reason is not Reason.NONE:
-            self._replan_grasp()
+        elif refusal or self._refusal:
+            self._replan()
         self._update_grasp()
 
     # --- goals -------------------------------------------------------------------------------
@@ -276,9 +263,9 @@ class GripControl:
         time = self._clock.advance(now)
         refusal = self._take_over.refusal if self._take_over.waits else impossible_goal(goal)
         refusal = refusal or self._no_goal() or self._aim(goal, planner)
-        if refusal is not None:
+        if refusal:
             return refusal
-        self._end(GraspOutcome.FAILED, GRASP_REPLACED)
+        self._end(GRASP_REPLACED)
         self._enter(Event.GOAL, NOT_REFUSED)
         self._forget_radii()
         self._regime = None
@@ -291,14 +278,13 @@ class GripControl:
             return NOT_ACTIVE
         if self._state is State.FAULT:
             return Refusal(self._refusal.reason, f"rearm first: {self._refusal.text}")
-        fault = self._monitor.fault  # it would let any grasp fail
-        return None if fault.reason is Reason.NONE else fault
+        return self._monitor.fault or None  # it would let any grasp fail
 
     def _aim(self, goal: GraspGoal, planner: Planner) -> Refusal | None:
         """Make a goal the target, or return why not and change nothing."""
         if goal.pressure is not None:
             refusal = asks_above_cap(goal.pressure, self._limits)
-            if refusal is None:
+            if not refusal:
                 self._target.clear()
                 self._target.freeze(goal.pressure)
             return refusal
@@ -306,12 +292,11 @@ class GripControl:
         if radius is None:  # the one that is followed
             radius = self._target.radius
             if radius is None or self._state is not State.TRACKING:
-                goes_on = self._refusal.reason is Reason.NONE
-                return NOT_FOLLOWING if goes_on else self._refusal
+                return self._refusal or NOT_FOLLOWING
         refusal = impossible_radius(radius, planner.radius_range) or self._target.set_radius(
             radius, planner, self._limits, goal.overpressure
         )
-        if refusal is None:
+        if not refusal:
             self._target.resume()
         return refusal
 
@@ -333,31 +318,31 @@ class GripControl:
         """Cancel a goal; a grasp's policy acts. One that has ended stays as it ended."""
         time = self._clock.advance(now)
         if isinstance(goal, Release):
-            goal.end(time, GraspOutcome.CANCELED, CANCELED)
+            goal.end(time, CANCELED)
         elif goal is self._grasp:
-            self._abort(GraspOutcome.CANCELED, GRASP_CANCELED)
+            self._abort(GRASP_CANCELED)
 
-    def _abort(self, outcome: GraspOutcome, refusal: Refusal) -> None:
+    def _abort(self, refusal: Refusal) -> None:
         """End the running grasp, if there is one, and let its policy act."""
         grasp = self._grasp
         if grasp is not None:
-            self._end(outcome, refusal)
+            self._end(refusal)
             holds = grasp.abort_policy is AbortPolicy.HOLD
             self._enter(Event.ABORT_HOLD if holds else Event.RELEASE, refusal)
 
-    def _end(self, outcome: GraspOutcome, refusal: Refusal) -> None:
+    def _end(self, refusal: Refusal) -> None:
         """End the running grasp, if there is one."""
         if self._grasp is not None:
-            self._grasp.end(self._clock.now, outcome, refusal)
+            self._grasp.end(self._clock.now, refusal)
             self._grasp = None
 
-    def _replan_grasp(self) -> None:
-        """Plan again for the radius of a grasp; the pressure kept by an aborted one stays."""
-        if not self._target.is_frozen:
+    def _replan(self) -> None:
+        """Plan again for the radius in use; the pressure kept by an aborted grasp stays."""
+        if self._target.frozen is None:
             refusal = self._target.replan(self._limits)
-            if refusal is not None:
+            if refusal:
                 self._refuse(refusal)
-            else:
+            elif self._state is State.GRASPING:
                 self._refusal = NOT_REFUSED
         self._update_grasp()
 
@@ -367,7 +352,7 @@ class GripControl:
 
     def _fail_releases(self, refusal: Refusal) -> None:
         for release in self._releases:
-            release.end(self._clock.now, GraspOutcome.FAILED, refusal)
+            release.end(self._clock.now, refusal)
         self._releases = []
 
     # --- output ------------------------------------------------------------------------------
@@ -396,12 +381,11 @@ class GripControl:
             self._update_grasp()
             self._grasp.commanded(time, self._pressure, self._pressure_target)
             holds = self._is_wrapped or not self._grasp.wraps
-            if self._is_settled(self._grasp) and self._refusal.reason is Reason.NONE and holds:
-                self._end(GraspOutcome.SUCCEEDED, NOT_REFUSED)
+            if self._is_settled(self._grasp) and holds and not self._refusal:
+                self._end(NOT_REFUSED)
         for release in self._releases:
             release.update(time, self.snapshot())
-        running = GraspOutcome.RUNNING
-        self._releases = [one for one in self._releases if one.report.outcome is running]
+        self._releases = [one for one in self._releases if one.report.end is None]
         return self._pressure
 
     def snapshot(self) -> Snapshot:
@@ -412,17 +396,17 @@ class GripControl:
             refusal=self._take_over.refusal if self._take_over.waits else self._refusal,
             radius=target.radius,
             plan=target.plan,
-            radius_age=None if self._accepted_at is None else time - self._accepted_at,
             pressure_target=self._pressure_target,
             pressure_command=self._pressure,
             accepted=self._accepted,
             refused=self._refused.copy(),
-            measured=self._monitor.measured(time),
+            measured_pressure=self._monitor.measured,
+            measured_age=self._monitor.age(time),
             is_measured=self._monitor.is_expected,
             pressure_fault=self._monitor.fault,
             wrapped=self._is_wrapped,
             overpressure=target.overpressure,
-            gravity_age=self._gravity_age,
+            gravity_age=self._gravity.age(time),
             gravity_fault=self._gravity_fault(),
         )
 
@@ -438,7 +422,7 @@ class GripControl:
         self._state, self._rule = TRANSITIONS[self._state, event]
         self._refusal = refusal
         if self._rule is CommandRule.VENT:
-            self._take_over.end()
+            self._take_over.waits = False
             self._pressure = 0.0
             self._target.clear()
             self._forget_radii()
@@ -446,11 +430,11 @@ class GripControl:
         elif self._rule is CommandRule.KEEP:
             self._target.freeze(self._pressure)
         if self._state is not State.GRASPING:
-            self._end(GraspOutcome.FAILED, refusal)
+            self._end(refusal)
 
     def _forget_radii(self) -> None:
         """Forget which radii came, and what was wrong with them."""
-        self._accepted_at = None
+        self._radius.forget()
         self._last_refused = NOT_REFUSED
         self._gate.reset()
 
@@ -471,10 +455,6 @@ class GripControl:
         return self._target.pressure(self._limits.pressure_cap) if heads_for_it else 0.0
 
     @property
-    def _vents_at_faults(self) -> bool:
-        return self._limits.pressure_fault_policy is FaultPolicy.VENT
-
-    @property
     def _is_wrapped(self) -> bool:
         """Whether the regime seen last holds the object in use."""
         # A regulator that is not heard any more may have vented by its own watchdog.
@@ -484,15 +464,16 @@ class GripControl:
         return self._target.radius is not None and is_heard and holds
 
     def _is_settled(self, grasp: Grasp) -> bool:
-        time = self._clock.now
-        return grasp.is_settled(time, self._monitor.measured(time) is not None, self._limits)
+        is_measured = self._monitor.measured is not None
+        return grasp.is_settled(self._clock.now, is_measured, self._limits)
 
     def _note_interruption(self) -> None:
         """Doubt the pressure for a while after a gap between commands, or a lost measurement."""
         time = self._clock.now
         if self._commanded_at is None:  # just activated: gravity may have been heard long before
-            if self._gravity_age is not None:
-                self._gravity.hear(time, self._gravity_age)
+            age = self._gravity.age(time)
+            if age is not None:
+                self._gravity.hear(time, age)
         elif (
             time - self._commanded_at > LONGEST_GAP
             or self._monitor.fault.reason is Reason.PRESSURE_LOST
@@ -502,9 +483,9 @@ class GripControl:
 
     def _act_on_fault(self) -> None:
         fault = self._monitor.fault
-        if fault.reason is Reason.NONE or self._take_over.waits:
+        if self._take_over.waits or not fault:
             return
-        if self._vents_at_faults:
+        if self._limits.pressure_fault_policy is FaultPolicy.VENT:
             if self._state not in (State.INACTIVE, State.FAULT):
                 self._enter(Event.FAULT, fault)
         elif (
@@ -518,14 +499,14 @@ class GripControl:
             self._rests_until = self._clock.now + REST_TIME
             self._enter(Event.WATCHDOG, Refusal(fault.reason, text))
         else:
-            self._abort(GraspOutcome.FAILED, fault)
+            self._abort(fault)
 
     def _act_on_lateness(self) -> None:
         grasp = self._grasp
-        if grasp is not None and grasp.is_late(self._clock.now):
+        if grasp is not None and grasp.elapsed(self._clock.now) > grasp.timeout:
             settled = self._is_settled(grasp)
             refusal = late_grasp(self.snapshot(), grasp.timeout, self._regime, settled)
-            self._abort(GraspOutcome.FAILED, refusal)
+            self._abort(refusal)
 
     def _act_on_silence(self) -> None:
         """Act on silence: of the client, of gravity, of a pressure to be taken over."""
@@ -538,29 +519,23 @@ class GripControl:
             return
         if self._client.exceeds(time, limits.keep_alive_timeout):
             self.release(lost_client(limits))
-        elif (
-            gravity.reason is not Reason.NONE and limits.gravity_timeout_policy is FaultPolicy.VENT
-        ):
+        elif gravity and limits.gravity_timeout_policy is FaultPolicy.VENT:
             self._enter(Event.FAULT, gravity)
 
     def _act_on_stale_radius(self) -> None:
         time, event = self._clock.now, _STALE[self._limits.radius_timeout_policy]
-        if self._accepted_at is None or (self._state, event) not in TRANSITIONS:
+        age = self._radius.age(time)
+        if age is None or (self._state, event) not in TRANSITIONS:
             return
         if self._radius.exceeds(time, self._limits.radius_timeout):
             if self._refusal.reason is not Reason.RADIUS_STALE:
                 self._refused[Reason.RADIUS_STALE] += 1
-            age = time - self._accepted_at
             self._enter(event, stale_radius(age, self._limits, self._last_refused))
-
-    @property
-    def _gravity_age(self) -> float | None:
-        """Time since the newest gravity was true [s], or None if it is the parameter's."""
-        return None if self._gravity_at is None else self._clock.now - self._gravity_at
 
     def _gravity_fault(self) -> Refusal:
         """Return that gravity is stale; ``Reason.NONE`` if it is not."""
-        longest, age = self._limits.gravity_timeout, self._gravity_age
-        if age is None or not longest > 0.0 or not self._gravity.exceeds(self._clock.now, longest):
+        longest, time = self._limits.gravity_timeout, self._clock.now
+        age = self._gravity.age(time)
+        if age is None or not longest > 0.0 or not self._gravity.exceeds(time, longest):
             return NOT_REFUSED
         return stale_gravity(age, self._limits)

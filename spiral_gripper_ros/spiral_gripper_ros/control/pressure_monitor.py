@@ -8,7 +8,6 @@ from collections import deque
 
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.refusals import MUST_BE_GAUGE, cause
-from spiral_gripper_ros.control.snapshot import MeasuredPressure
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal
 from spiral_gripper_ros.control.timing import Silence
 
@@ -88,6 +87,9 @@ class PressureMonitor:
     persisted for ``PERSISTENCE``, and a pressure that was off the command must come back to within
     ``RETURN_BAND`` of the tolerance, so that neither noise nor a value at the boundary makes the
     fault chatter. Messages are compared, on arrival, with the commands of that time.
+
+    Attributes:
+        fault: what is wrong now; ``Reason.NONE`` if nothing is, or nothing was ever measured.
     """
 
     def __init__(self) -> None:
@@ -98,7 +100,7 @@ class PressureMonitor:
         """Reset: no measured pressure is known, and none is expected."""
         self._envelope.clear()
         self._samples: deque[tuple[float, float]] = deque(maxlen=MOST_SAMPLES)
-        self._fault = NOT_REFUSED
+        self.fault = NOT_REFUSED
         self._silence = Silence()
         self._verdict: Reason | None = None
         self._verdict_since = 0.0
@@ -109,11 +111,6 @@ class PressureMonitor:
     def is_expected(self) -> bool:
         """Whether a pressure has been measured since activation, believed or not."""
         return self._silence.is_expected
-
-    @property
-    def fault(self) -> Refusal:
-        """What is wrong now; ``Reason.NONE`` if nothing is, or nothing was ever measured."""
-        return self._fault
 
     def commanded(self, now: float, pressure: float, limits: Limits) -> None:
         """Note the command [Pa] that is in force from ``now`` [s] on."""
@@ -131,7 +128,7 @@ class PressureMonitor:
             Why the message is dropped, or None if it is believed.
         """
         refusal = impossible_pressure(pressure)
-        if refusal is not None:
+        if refusal:
             if not self.is_expected:
                 self._silence.hear(now)
             self._note_invalid(now, refusal)
@@ -141,14 +138,15 @@ class PressureMonitor:
         self._samples.append((now, pressure))
         while self._samples[0][0] < now - SMOOTHING_TIME:
             self._samples.popleft()
-        self._compare(now, limits)
+        if self.measured is not None:  # it is the mean of at least this one
+            self._compare(now, self.measured, limits)
         return None
 
     def check(self, now: float, limits: Limits) -> None:
         """Advance to the time ``now`` [s], and report missing messages as a fault."""
         if self._silence.exceeds(now, limits.measured_pressure_timeout):
-            if self._fault.reason is not Reason.PRESSURE_LOST:
-                self._fault = Refusal(
+            if self.fault.reason is not Reason.PRESSURE_LOST:
+                self.fault = Refusal(
                     Reason.PRESSURE_LOST,
                     "no usable measured_pressure for more than "
                     f"{limits.measured_pressure_timeout:.3g} s (measured_pressure.timeout)"
@@ -157,14 +155,16 @@ class PressureMonitor:
             self._samples.clear()
             self._verdict = None
 
-    def measured(self, now: float) -> MeasuredPressure | None:
-        """Return the smoothed pressure at the time ``now`` [s], or None if none is believed."""
+    @property
+    def measured(self) -> float | None:
+        """The smoothed pressure [Pa], or None if none is believed."""
         if not self._samples:
             return None
-        return MeasuredPressure(self._mean(), now - self._samples[-1][0])
-
-    def _mean(self) -> float:
         return math.fsum(pressure for _, pressure in self._samples) / len(self._samples)
+
+    def age(self, now: float) -> float | None:
+        """Return the time since the newest message that is believed [s], or None."""
+        return now - self._samples[-1][0] if self._samples else None
 
     def _note_invalid(self, now: float, refusal: Refusal) -> None:
         self._last_invalid = refusal
@@ -172,20 +172,20 @@ class PressureMonitor:
             self._invalid_since = now
         if now - self._invalid_since >= PERSISTENCE:
             self._verdict = None
-            if self._fault.reason is not Reason.PRESSURE_LOST:
-                self._fault = refusal
+            if self.fault.reason is not Reason.PRESSURE_LOST:
+                self.fault = refusal
 
-    def _compare(self, now: float, limits: Limits) -> None:
-        """Compare the smoothed pressure with the commands, and change the fault if it persists."""
+    def _compare(self, now: float, pressure: float, limits: Limits) -> None:
+        """Compare the pressure [Pa] with the commands, and change the fault if it persists."""
         low, high = self._envelope.bounds(now, limits.pressure_settle_time)
-        is_off = self._fault.reason in (Reason.PRESSURE_LOW, Reason.PRESSURE_HIGH)
+        is_off = self.fault.reason in (Reason.PRESSURE_LOW, Reason.PRESSURE_HIGH)
         part = RETURN_BAND if is_off else 1.0
-        refusal = _difference(self._mean(), low, high, limits.pressure_tolerance, part)
+        refusal = _difference(pressure, low, high, limits.pressure_tolerance, part)
         if refusal.reason is not self._verdict:
             self._verdict, self._verdict_since = refusal.reason, now
         persists = now - self._verdict_since >= PERSISTENCE
-        if persists and self._fault.reason is not refusal.reason:
-            self._fault = refusal
+        if persists and self.fault.reason is not refusal.reason:
+            self.fault = refusal
 
 
 def impossible_pressure(pressure: float) -> Refusal | None:

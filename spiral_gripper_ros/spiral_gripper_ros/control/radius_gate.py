@@ -8,8 +8,6 @@ import math
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.states import Reason, Refusal
 
-STAMPED_RADIUS = "object_radius_stamped"
-
 
 class RadiusGate:
     r"""Judges radius estimates before anything is computed from them.
@@ -93,21 +91,15 @@ def impossible_radius(radius: float, grippable: tuple[float, float]) -> Refusal 
     return None
 
 
-def stale_estimate(age: float, limit: float) -> Refusal | None:
-    """Return why an estimate of an age [s] is not followed, or None if it is young enough.
+def age_problem(topic: str, age: float, parameter: str, limit: float) -> str:
+    """Return why what was heard at an age [s] is not used; empty if it is young enough.
 
     Example:
-        >>> stale_estimate(0.7, 0.5).text
+        >>> age_problem("object_radius_stamped", 0.7, "radius.age_limit", 0.5)
         'object_radius_stamped is 0.7 s old, more than radius.age_limit = 0.5 s'
-        >>> stale_estimate(0.1, 0.5) is None
-        True
+        >>> age_problem("object_radius_stamped", 0.1, "radius.age_limit", 0.5)
+        ''
     """
-    text = age_problem(STAMPED_RADIUS, age, "radius.age_limit", limit)
-    return Refusal(Reason.RADIUS_STALE, text) if text else None
-
-
-def age_problem(topic: str, age: float, parameter: str, limit: float) -> str:
-    """Return why what was heard at an age [s] is not used; empty if it is young enough."""
     if math.isfinite(age) and abs(age) <= limit:
         return ""
     how = f"{age:.3g} s old" if age > 0.0 else f"{-age:.3g} s ahead of this clock"

@@ -75,10 +75,10 @@ def late_grasp(
         is_settled: whether the pressure is at its target to stay.
     """
     pressure = f"command {snapshot.pressure_command:.6g} of {snapshot.pressure_target:.6g} Pa"
-    if snapshot.measured is not None:
-        pressure += f", measured {snapshot.measured.pressure:.6g} Pa"
+    if snapshot.measured_pressure is not None:
+        pressure += f", measured {snapshot.measured_pressure:.6g} Pa"
     pressure += cause(snapshot.refusal)
-    if snapshot.refusal.reason is Reason.NONE and is_settled:
+    if is_settled and not snapshot.refusal:
         seen = "unknown" if regime is None else regime.value
         return Refusal(
             Reason.WRAP_FAILED,
@@ -91,7 +91,7 @@ def late_grasp(
 
 def cause(last: Refusal) -> str:
     """Return the end of a text that tells what was refused last, if anything was."""
-    return "" if last.reason is Reason.NONE else f"; last refused: {last.text}"
+    return f"; last refused: {last.text}" if last else ""
 
 
 def impossible_take_over(pressure: float, limits: Limits) -> Refusal | None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from spiral_gripper_ros.control.grasp import GraspOutcome, RunningGoal
+from spiral_gripper_ros.control.grasp import RunningGoal
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
@@ -49,17 +49,17 @@ class Release(RunningGoal):
         if not (math.isfinite(self._timeout) and self._timeout > 0.0):
             value = f"got {self._timeout:.6g} s; vented all the same"
             text = f"timeout must be a positive finite number, {value}"
-            self.end(now, GraspOutcome.FAILED, Refusal(Reason.INVALID_REQUEST, text))
+            self.end(now, Refusal(Reason.INVALID_REQUEST, text))
 
     def update(self, now: float, snapshot: Snapshot) -> None:
         """Bring the report up to date, and make it final once the release has ended."""
-        if self.report.outcome is not GraspOutcome.RUNNING:
+        if self.report.end is not None:
             return
         limits, elapsed = self._limits, self.elapsed(now)
         self.report = replace(self.report, elapsed=elapsed)
-        measured, fault = snapshot.measured, snapshot.pressure_fault
+        fault, age = snapshot.pressure_fault, snapshot.measured_age
         # An older measurement may be from before a ramp that was under way.
-        new = measured.pressure if measured is not None and measured.age <= elapsed else None
+        new = snapshot.measured_pressure if age is not None and age <= elapsed else None
         # Once vented, a pressure is too low only where it is below 0, as of a failed sensor; one
         # that was too low for the grip, as of a leak, is on its way to 0.
         is_low = fault.reason is Reason.PRESSURE_LOW
@@ -84,6 +84,4 @@ class Release(RunningGoal):
             text = f"still {new:.6g} Pa {elapsed:.3g} s after the release"
             refusal = Refusal(Reason.PRESSURE_HIGH, text)
         if refusal is not None:
-            succeeds = refusal is NOT_REFUSED
-            outcome = GraspOutcome.SUCCEEDED if succeeds else GraspOutcome.FAILED
-            self.end(now, outcome, refusal)
+            self.end(now, refusal)

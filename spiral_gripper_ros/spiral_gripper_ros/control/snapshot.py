@@ -6,21 +6,9 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-
-
-@dataclass(frozen=True, slots=True)
-class MeasuredPressure:
-    """The measured pressure, from accepted messages.
-
-    Args:
-        pressure: gauge pressure [Pa], smoothed.
-        age: time since the newest believed message [s].
-    """
-
-    pressure: float
-    age: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +20,12 @@ class Snapshot:
         refusal: why the newest input is not followed (``Reason.NONE`` if it is).
         radius: radius in use [m], or None.
         plan: the wrap that belongs to ``radius``, or None.
-        radius_age: time since the last usable radius [s], or None before the first.
         pressure_target: where the command is heading [Pa].
         pressure_command: the command [Pa].
         accepted: radii accepted since activation.
         refused: refusals since activation, by reason.
-        measured: the measured pressure, or None if none arrives or none is believed.
+        measured_pressure: gauge [Pa], smoothed, or None if none arrives or none is believed.
+        measured_age: time since the newest message that is believed [s], or None.
         is_measured: whether any pressure has been measured since activation, believed or not.
         pressure_fault: what is wrong with it (``Reason.NONE`` if nothing is).
         wrapped: the object in use is held: at the measured pressure, else as commanded; not while
@@ -51,12 +39,12 @@ class Snapshot:
     refusal: Refusal
     radius: float | None
     plan: WrapPlan | None
-    radius_age: float | None
     pressure_target: float
     pressure_command: float
     accepted: int
     refused: Counter[Reason]
-    measured: MeasuredPressure | None = None
+    measured_pressure: float | None = None
+    measured_age: float | None = None
     is_measured: bool = False
     pressure_fault: Refusal = NOT_REFUSED
     wrapped: bool = False
@@ -65,11 +53,11 @@ class Snapshot:
     gravity_fault: Refusal = NOT_REFUSED
 
     @property
-    def pressure(self) -> float:
-        """Gauge pressure of the gripper [Pa]: measured if it is known, else as commanded."""
-        return self.pressure_command if self.measured is None else self.measured.pressure
+    def placement(self) -> ObjectPlacement | None:
+        """Where the plan's object lies in the free coil; None without a plan."""
+        return None if self.plan is None else self.plan.placement
 
     @property
-    def measured_pressure(self) -> float | None:
-        """Measured gauge pressure [Pa], or None if it is not known."""
-        return None if self.measured is None else self.measured.pressure
+    def pressure(self) -> float:
+        """Gauge pressure of the gripper [Pa]: measured if it is known, else as commanded."""
+        return self.pressure_command if self.measured_pressure is None else self.measured_pressure

@@ -71,29 +71,30 @@ def _transitions() -> dict[tuple[State, Event], tuple[State, CommandRule]]:
     active = set(State) - {State.INACTIVE}
     stream = {State.TRACKING, State.HOLDING}
     listening = active - {State.RELEASED, State.FAULT, State.GRASPING}
+    vent, target, keep = CommandRule.VENT, CommandRule.TARGET, CommandRule.KEEP
     rows = (
-        (Event.ACTIVATE, {State.INACTIVE}, State.WAITING, CommandRule.VENT),
-        (Event.DEACTIVATE, set(State), State.INACTIVE, CommandRule.VENT),
-        (Event.RADIUS, listening, State.TRACKING, CommandRule.TARGET),
-        (Event.REFUSED, {State.TRACKING}, State.HOLDING, CommandRule.TARGET),
-        (Event.STALE_HOLD, stream, State.HOLDING, CommandRule.TARGET),
+        (Event.ACTIVATE, {State.INACTIVE}, State.WAITING, vent),
+        (Event.DEACTIVATE, set(State), State.INACTIVE, vent),
+        (Event.RADIUS, listening, State.TRACKING, target),
+        (Event.REFUSED, {State.TRACKING}, State.HOLDING, target),
+        (Event.STALE_HOLD, stream, State.HOLDING, target),
         (Event.STALE_RAMP_DOWN, stream, State.RAMPING_DOWN, CommandRule.RAMP_DOWN),
-        (Event.STALE_VENT, stream, State.VENTED, CommandRule.VENT),
-        (Event.EMPTY, {State.RAMPING_DOWN}, State.VENTED, CommandRule.VENT),
-        (Event.AGREED, {State.WAITING, State.TAKEN_OVER}, State.TAKEN_OVER, CommandRule.KEEP),
-        (Event.GOAL, active - {State.FAULT}, State.GRASPING, CommandRule.TARGET),
-        (Event.ABORT_HOLD, {State.GRASPING}, State.GRASPING, CommandRule.KEEP),
-        (Event.RELEASE, active - {State.FAULT}, State.RELEASED, CommandRule.VENT),
-        (Event.WATCHDOG, stream, State.WAITING, CommandRule.VENT),
+        (Event.STALE_VENT, stream, State.VENTED, vent),
+        (Event.EMPTY, {State.RAMPING_DOWN}, State.VENTED, vent),
+        (Event.AGREED, {State.WAITING, State.TAKEN_OVER}, State.TAKEN_OVER, keep),
+        (Event.GOAL, active - {State.FAULT}, State.GRASPING, target),
+        (Event.ABORT_HOLD, {State.GRASPING}, State.GRASPING, keep),
+        (Event.RELEASE, active - {State.FAULT}, State.RELEASED, vent),
+        (Event.WATCHDOG, stream, State.WAITING, vent),
         (
             Event.WATCHDOG,
             {State.GRASPING, State.TAKEN_OVER},
             State.RELEASED,
-            CommandRule.VENT,
+            vent,
         ),
-        (Event.FAULT, active, State.FAULT, CommandRule.VENT),
-        (Event.FAULT, {State.INACTIVE}, State.INACTIVE, CommandRule.VENT),
-        (Event.REARM, {State.RELEASED, State.FAULT}, State.WAITING, CommandRule.VENT),
+        (Event.FAULT, active, State.FAULT, vent),
+        (Event.FAULT, {State.INACTIVE}, State.INACTIVE, vent),
+        (Event.REARM, {State.RELEASED, State.FAULT}, State.WAITING, vent),
     )
     return {(state, event): (new, rule) for event, states, new, rule in rows for state in states}
 
@@ -142,6 +143,8 @@ class Reason(IntEnum):
 class Refusal:
     """The reason of a refusal: a code for programs and one line for people.
 
+    It is true but for ``Reason.NONE``: nothing is refused.
+
     Example:
         >>> Refusal(Reason.RADIUS_NOT_FINITE, "object_radius nan is not a finite number").reason
         <Reason.RADIUS_NOT_FINITE: 2>
@@ -149,6 +152,9 @@ class Refusal:
 
     reason: Reason
     text: str
+
+    def __bool__(self) -> bool:
+        return self.reason is not Reason.NONE
 
 
 NOT_REFUSED = Refusal(Reason.NONE, "")

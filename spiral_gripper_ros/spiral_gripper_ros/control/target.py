@@ -25,6 +25,12 @@ class Target:
     """A radius in use, its plan and the pressure above it; empty at first.
 
     It changes only to a plan that keeps the cap; what cannot be planned changes nothing.
+
+    Attributes:
+        radius: in use [m], or None.
+        plan: of its wrap, or None.
+        overpressure: above the wrap's pressure [Pa].
+        frozen: constant pressure in place of the plan's [Pa], or None.
     """
 
     def __init__(self) -> None:
@@ -38,14 +44,9 @@ class Target:
         self._planner: Planner | None = None  # for a plan within other limits
         self._demanded: float | None = None  # overpressure; None: the default one
         self._least = 0.0  # multiple of the tip criterion's pressure that is held at least
-        self._frozen: float | None = None
+        self.frozen: float | None = None
         self._ceiling = math.inf  # the lowest cap since the last input
         self._outdated = True
-
-    @property
-    def is_frozen(self) -> bool:
-        """Whether the pressure is constant, independent of the plan."""
-        return self._frozen is not None
 
     def outdate(self, planner: Planner | None = None) -> None:
         """Demand a new plan even for the radius in use: limits have changed, or the planner."""
@@ -89,7 +90,7 @@ class Target:
             demanded = default_overpressure(plan, limits, self._least * plan.wrap.pressure)
         self.radius, self.plan, self.overpressure = radius, plan, demanded
         self._planner, self._demanded = planner, overpressure
-        self._frozen, self._outdated = None, False
+        self.frozen, self._outdated = None, False
         return None
 
     def _kept(self, radius: float, plan: WrapPlan, limits: Limits) -> float:
@@ -115,12 +116,12 @@ class Target:
 
     def freeze(self, pressure: float) -> None:
         """Keep a pressure [Pa] until the next call of :meth:`set_radius`."""
-        self._frozen = pressure
+        self.frozen = pressure
 
     def beyond_cap(self, limits: Limits) -> Refusal | None:
         """Return why the limits do not allow the plan in use, or None if they do."""
         if self.plan is None:
-            return None if self._frozen is None else asks_above_cap(self._frozen, limits)
+            return None if self.frozen is None else asks_above_cap(self.frozen, limits)
         demanded = self._demanded or 0.0
         if self.plan.pressure + demanded <= limits.pressure_cap:
             return None
@@ -135,7 +136,7 @@ class Target:
 
     def pressure(self, cap: float) -> float:
         """Return the target's pressure, not above the cap; 0 without a plan [Pa]."""
-        wanted = self._frozen
+        wanted = self.frozen
         if wanted is None:
             wanted = 0.0 if self.plan is None else self.plan.pressure + self.overpressure
         return capped_pressure(min(wanted, self._ceiling), cap)

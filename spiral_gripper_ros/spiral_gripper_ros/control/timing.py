@@ -50,7 +50,7 @@ class MonotonicClock:
 
 
 class Silence:
-    """How long something has not been heard, as far as this process could have heard it.
+    """When something was heard last, and how long not, as far as this process could have heard it.
 
     A stall of the process counts as at most a quarter of what is allowed: what has come meanwhile
     is read before its loss is reported, even after several stalls in a row.
@@ -63,20 +63,25 @@ class Silence:
     """
 
     def __init__(self) -> None:
-        self._lasts: float | None = None
-        self._counted_at = 0.0
+        self._heard_at: float | None = None
+        self._lasts = self._counted_at = 0.0
 
     @property
     def is_expected(self) -> bool:
         """Whether it was ever heard."""
-        return self._lasts is not None
+        return self._heard_at is not None
+
+    def age(self, now: float) -> float | None:
+        """Return how old what was heard last is at a time [s]; None: nothing was."""
+        return None if self._heard_at is None else now - self._heard_at
 
     def forget(self) -> None:
         """Expect nothing."""
-        self._lasts = None
+        self._heard_at = None
 
     def hear(self, now: float, age: float = 0.0) -> None:
         """Note that something was heard at a time [s], as old as its stamp says [s]."""
+        self._heard_at = now - age
         self._lasts, self._counted_at = max(age, 0.0), now
 
     def exceeds(self, now: float, longest: float) -> bool:
@@ -84,7 +89,7 @@ class Silence:
 
         Nothing is allowed to be silent that was never heard: it is not expected.
         """
-        if self._lasts is None:
+        if not self.is_expected:
             return False
         step = max(now - self._counted_at, 0.0)
         self._lasts += min(step, LONGEST_STEP * longest)
@@ -114,10 +119,6 @@ class TakeOver:
         self._agrees = False
         self._silence.forget()
 
-    def end(self) -> None:
-        """Wait no longer."""
-        self.waits = False
-
     def hear(self, now: float, pressure: float, limits: Limits) -> float | None:
         """Note a possible measured gauge pressure [Pa] at a time [s].
 
@@ -134,7 +135,7 @@ class TakeOver:
         if now - self._since < AGREEMENT_TIME:
             return None
         refusal = impossible_take_over(pressure, limits)
-        self._agrees = refusal is None
+        self._agrees = not refusal
         self.refusal = refusal or TAKING_OVER
         return None if refusal else max(pressure, 0.0)
 

@@ -12,7 +12,7 @@ from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3
 from numpy.typing import NDArray
 from rclpy.clock import Clock
 
-from spiral_core.grip.curve import TubeShape
+from spiral_core.grip.curve import GripAnswer, TubeShape
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.placement import ObjectPlacement
@@ -23,7 +23,7 @@ from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.object_pose import Quaternion as Turn
 from spiral_gripper_ros.planning.object_pose import SeenObject, misplacement, object_line
-from spiral_gripper_ros.planning.planner import AnyPlanner
+from spiral_gripper_ros.planning.planner import GripperPlanner
 
 REGIMES = {
     None: GripStatus.REGIME_UNKNOWN,
@@ -74,14 +74,6 @@ def line_from_msg(pose: Pose) -> tuple[Vector, Vector]:
         InvalidInputError: it is no pose.
     """
     return object_line(vector_from_msg(pose.position), quaternion_from_msg(pose.orientation))
-
-
-def frame_problem(name: str, message: Any, own: str) -> str | None:  # noqa: ANN401
-    """Return what is wrong with the frame of a stamped input, or None; unnamed is the own one."""
-    frame_id = message.header.frame_id
-    if frame_id in ("", own):
-        return None
-    return f"{name} must be given in the frame {own!r} (or an unnamed one), got {frame_id!r}"
 
 
 def stamp_age(stamp: Any, clock: Clock) -> float:  # noqa: ANN401
@@ -204,55 +196,60 @@ def wrap_to_msg(
     snapshot: Snapshot,
     loaded: LoadedGripper,
     pressure_cap: float,
-    contact_length: float | None,
+    grip: GripAnswer | None,
+    seen: SeenObject | None,
+    now: float,
     header: Any,  # noqa: ANN401
 ) -> Wrap:
-    """Return what is planned; the grip and the object's pose are still to be filled in.
+    """Return what is planned; the grip is still to be filled in.
 
     Args:
         snapshot: what is commanded, and why.
         loaded: the gripper.
         pressure_cap: largest pressure that is ever commanded [Pa].
-        contact_length: of the object's grip [m]; None: it is not known.
+        grip: of the object; None: it is not known.
+        seen: where the object is, if it is seen.
+        now: time of the clock that it was seen by [s].
         header: stamp and frame of the message.
     """
     message = Wrap(header=header, regime_from_contact=loaded.is_regime_from_contact)
+    if seen is not None:
+        message.object_pose_age, expected = [now - seen.seen_at], snapshot.placement
+        if expected is not None:
+            offset, tilt = misplacement(seen, expected)
+            message.object_offset, message.object_tilt = [offset], [tilt]
     lowest, highest = loaded.planner.radius_range
     if math.isfinite(highest):
         message.radius_range = [lowest, highest]
-    plan, radius, target = snapshot.plan, snapshot.radius, snapshot.pressure_target
+    plan, target = snapshot.plan, snapshot.pressure_target
     # On the way down, or where a lower pressure is held, the wrap is not aimed for any more.
-    if plan is not None and radius is not None and target >= plan.pressure:
-        figures = figures_to_msg(plan, radius, target, loaded.planner, pressure_cap, contact_length)
-        message.plan = [figures]
+    if plan is not None and target >= plan.pressure:
+        message.plan = [figures_to_msg(plan, target, loaded.planner, pressure_cap, grip)]
     return message
 
 
 def figures_to_msg(
     plan: WrapPlan,
-    radius: float,
     pressure: float,
-    planner: AnyPlanner,
+    planner: GripperPlanner,
     pressure_cap: float,
-    contact_length: float | None,
+    grip: GripAnswer | None,
 ) -> WrapFigures:
     """Return the figures of a planned wrap at a pressure.
 
     Args:
         plan: the wrap.
-        radius: of the object [m].
         pressure: at which it is held [Pa].
         planner: for the gripper.
         pressure_cap: largest pressure that is ever commanded [Pa].
-        contact_length: of its grip [m]; None: it is not known.
+        grip: what holds it; None: it is not known.
     """
-    lowest, highest = planner.radius_range
-    contact = plan.wrap.contact_length if contact_length is None else contact_length
+    (lowest, highest), radius = planner.radius_range, plan.wrap.object_radius
+    contact = (plan.wrap if grip is None else grip).contact_length
     figures: WrapFigures = filled(
         WrapFigures(),
         plan,
         plan.wrap,
-        object_radius=radius,
         pressure=pressure,
         overpressure=pressure - plan.pressure,
         contact_length=contact,
@@ -262,13 +259,3 @@ def figures_to_msg(
         pressure_margin=pressure_cap - pressure,
     )
     return figures
-
-
-def fill_object(
-    message: Wrap, seen: SeenObject, age: float, expected: ObjectPlacement | None
-) -> None:
-    """Write where the object is seen, and how far that is from where a wrap expects it."""
-    message.object_pose_age = [age]
-    if expected is not None:
-        offset, tilt = misplacement(seen, expected)
-        message.object_offset, message.object_tilt = [offset], [tilt]

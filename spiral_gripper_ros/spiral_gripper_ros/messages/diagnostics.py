@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -12,26 +11,28 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.control.states import Reason, State
 
-_LEVELS = {
-    State.INACTIVE: DiagnosticStatus.OK,
-    State.WAITING: DiagnosticStatus.OK,
-    State.TRACKING: DiagnosticStatus.OK,
-    State.HOLDING: DiagnosticStatus.WARN,
-    State.RAMPING_DOWN: DiagnosticStatus.WARN,
-    State.VENTED: DiagnosticStatus.WARN,
-    State.RELEASED: DiagnosticStatus.OK,
-    State.FAULT: DiagnosticStatus.ERROR,
-    State.GRASPING: DiagnosticStatus.OK,
-    State.TAKEN_OVER: DiagnosticStatus.WARN,
-}
+_WARNINGS = (State.HOLDING, State.RAMPING_DOWN, State.VENTED, State.TAKEN_OVER)
 CLOCK_STANDS_STILL = "the simulated clock stands still: the command is frozen"
 
 
-@dataclass(frozen=True, slots=True)
-class Health:
-    """The state of the node, other than its commands.
+def diagnostics_to_msg(
+    snapshot: Snapshot,
+    stamp: Any,  # noqa: ANN401
+    name: str,
+    hardware_id: str,
+    internal_errors: int,
+    *,
+    clock_stands_still: bool = False,
+    commanders: int = 1,
+    object_problem: str = "",
+    object_poses_refused: int = 0,
+    has_table: bool = False,
+) -> DiagnosticArray:
+    """Return the diagnostics of one gripper.
 
     Args:
+        snapshot: what is commanded, and why.
+        stamp: time of the message.
         name: full name of the node.
         hardware_id: name of the gripper; "" before one is loaded.
         internal_errors: exceptions caught since the node started.
@@ -41,67 +42,41 @@ class Health:
         object_poses_refused: since activation.
         has_table: whether the table of grips applies at the present gravity.
     """
-
-    name: str
-    hardware_id: str
-    internal_errors: int
-    clock_stands_still: bool = False
-    commanders: int = 1
-    object_problem: str = ""
-    object_poses_refused: int = 0
-    has_table: bool = False
-
-
-def diagnostics_to_msg(
-    health: Health,
-    snapshot: Snapshot,
-    stamp: Any,  # noqa: ANN401
-) -> DiagnosticArray:
-    """Return the diagnostics of one gripper.
-
-    Args:
-        health: what is known of the node.
-        snapshot: what is commanded, and why.
-        stamp: time of the message.
-    """
-    fault, measured = snapshot.pressure_fault, snapshot.measured
-    warnings = [snapshot.gravity_fault.text, health.object_problem]
-    if health.clock_stands_still:
+    fault, state = snapshot.pressure_fault, snapshot.state
+    warnings = [snapshot.gravity_fault.text, object_problem]
+    if clock_stands_still:
         warnings.append(CLOCK_STANDS_STILL)
-    if health.commanders > 1:
-        warnings.append(f"{health.commanders} nodes publish pressure_command")
-    # The worst of what there is to tell; the levels are single bytes, in order.
-    levels: list[bytes] = [_LEVELS[snapshot.state]]
-    if fault.reason is not Reason.NONE:
-        levels.append(DiagnosticStatus.ERROR)
-    if any(warnings):
-        levels.append(DiagnosticStatus.WARN)
-    state = snapshot.refusal.text or snapshot.state.name.lower().replace("_", " ")
-    text = "; ".join(text for text in (state, fault.text, *warnings) if text)
+    if commanders > 1:
+        warnings.append(f"{commanders} nodes publish pressure_command")
+    level: bytes = DiagnosticStatus.OK
+    if state is State.FAULT or fault:
+        level = DiagnosticStatus.ERROR
+    elif state in _WARNINGS or any(warnings):
+        level = DiagnosticStatus.WARN
+    told = snapshot.refusal.text or state.name.lower().replace("_", " ")
+    text = "; ".join(filter(None, (told, fault.text, *warnings)))
     values = {
-        "state": snapshot.state.name,
+        "state": state.name,
         "reason": snapshot.refusal.reason.name,
-        "grasping": snapshot.state is State.GRASPING,
+        "grasping": state is State.GRASPING,
         "wrapped": snapshot.wrapped,
         "object_radius [m]": snapshot.radius,
         "pressure_target [Pa]": snapshot.pressure_target,
         "pressure_command [Pa]": snapshot.pressure_command,
         "measured_pressure [Pa]": snapshot.measured_pressure,
-        "measured_pressure age [s]": None if measured is None else measured.age,
+        "measured_pressure age [s]": snapshot.measured_age,
         "gravity age [s]": snapshot.gravity_age,
-        "pressure_command publishers": health.commanders,
+        "pressure_command publishers": commanders,
         "pressure fault": fault.reason.name,
         "radii accepted": snapshot.accepted,
-        "object poses refused": health.object_poses_refused,
-        "table of grips applies": health.has_table,
-        "internal errors": health.internal_errors,
+        "object poses refused": object_poses_refused,
+        "table of grips applies": has_table,
+        "internal errors": internal_errors,
     }
     for reason in Reason:
         if snapshot.refused[reason]:
             values[f"refused: {reason.name}"] = snapshot.refused[reason]
-    return diagnostic_message(
-        f"{health.name}: grip", health.hardware_id, (max(levels), text), values, stamp
-    )
+    return diagnostic_message(f"{name}: grip", hardware_id, (level, text), values, stamp)
 
 
 def diagnostic_message(

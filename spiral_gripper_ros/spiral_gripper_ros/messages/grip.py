@@ -4,15 +4,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from spiral_core.grip.curve import GripAnswer
-from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import Grip
 from spiral_gripper_ros.messages.conversions import filled
 
 
 def grip_to_msg(
-    answer: GripAnswer | None, now: float, payload: float | None, gravity: Vector
+    answer: GripAnswer | None, now: float, payload: float | None, gravity: Sequence[float]
 ) -> list[Grip]:
     """Return the message of a grip as a list of one; an empty one if it is not known.
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from spiral_core.grip.curve import TubeShape
 from spiral_core.rod.state import RodState
-from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper_ros.messages.conversions import picked_nodes, pose_along
@@ -47,9 +45,22 @@ FIBER_WIDTH = 0.15
 TEXT_HEIGHT = 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """The elements of a drawing; None is not drawn.
+def scene_to_msg(
+    commanded: RodState | TubeShape | None,
+    measured: RodState | TubeShape | None,
+    placement: ObjectPlacement | None,
+    regime: WrapRegime | None,
+    text: str,
+    outer_radius: float,
+    *,
+    points: int,
+    lifetime: float,
+    header: Any,  # noqa: ANN401
+) -> MarkerArray:
+    """Return the markers of a scene; what is None is not drawn.
+
+    Every message stands alone: it adds what there is and deletes what there is not, so that a
+    display that misses some is right again with the next.
 
     Args:
         commanded: shape at the commanded pressure.
@@ -58,36 +69,18 @@ class Scene:
         regime: how it is held, as far as is known.
         text: state and pressure, for people.
         outer_radius: of the tube [m].
-    """
-
-    commanded: RodState | TubeShape | None
-    measured: RodState | TubeShape | None
-    placement: ObjectPlacement | None
-    regime: WrapRegime | None
-    text: str
-    outer_radius: float
-
-
-def scene_to_msg(scene: Scene, points: int, lifetime: float, header: Any) -> MarkerArray:  # noqa: ANN401
-    """Return the markers of a scene.
-
-    Every message stands alone: it adds what there is and deletes what there is not, so that a
-    display that misses some is right again with the next.
-
-    Args:
-        scene: what there is.
         points: largest number of points of a line, >= 2.
         lifetime: time [s] after which a display forgets them, should the node be gone.
         header: stamp and frame of the markers.
     """
-    diameter, shown = 2.0 * scene.outer_radius, scene.measured or scene.commanded
-    blue = BLUE if scene.measured is None else PALE_BLUE
+    diameter, shown = 2.0 * outer_radius, measured or commanded
+    blue = BLUE if measured is None else PALE_BLUE
     markers = {
-        TUBE: _line(scene.commanded, points, diameter, blue),
-        MEASURED_TUBE: _line(scene.measured, points, diameter, VIOLET),
-        FIBER: _line(shown, points, FIBER_WIDTH * diameter, BLACK, scene.outer_radius),
-        OBJECT: _object(scene.placement, REGIME_COLORS[scene.regime]),
-        TEXT: _text(scene.text, diameter),
+        TUBE: _line(commanded, points, diameter, blue),
+        MEASURED_TUBE: _line(measured, points, diameter, VIOLET),
+        FIBER: _line(shown, points, FIBER_WIDTH * diameter, BLACK, outer_radius),
+        OBJECT: _object(placement, REGIME_COLORS[regime]),
+        TEXT: _text(text, diameter),
     }
     fraction, whole = math.modf(lifetime)
     for marker in filter(None, markers.values()):
@@ -122,7 +115,9 @@ def _line(
     if state is None:
         return None
     picked = picked_nodes(state, points)
-    nodes = state.positions[picked] + outside * _y_axes(state.orientations[picked])
+    x, y, z, w = state.orientations[picked].T
+    y_axes = 2.0 * np.stack((x * y - z * w, 0.5 - x * x - z * z, y * z + x * w), axis=1)
+    nodes = state.positions[picked] + outside * y_axes
     return Marker(
         type=Marker.LINE_STRIP,
         pose=Pose(orientation=Quaternion(w=1.0)),
@@ -159,9 +154,3 @@ def _text(text: str, diameter: float) -> Marker | None:
 
 def _color(components: tuple[float, ...]) -> ColorRGBA:
     return ColorRGBA(**dict(zip("rgba", components, strict=True)))
-
-
-def _y_axes(orientations: Array) -> Array:
-    """Return the material y axes (n, 3) of orientations (n, 4), scalar last."""
-    x, y, z, w = orientations.T
-    return 2.0 * np.stack((x * y - z * w, 0.5 - x * x - z * z, y * z + x * w), axis=1)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from spiral_core.design.report import Design, DesignReport
@@ -52,28 +53,26 @@ def requirement_from_msg(
         InvalidInputError: a value is out of its range, or the gravity is not one that the node
             would follow.
     """
-    gripper, actuator, values = description.gripper, description.actuator, _given(request)
-    if request.gravity:
-        gravity = vector_from_msg(request.gravity[0])
+    gripper, actuator = description.gripper, description.actuator
+    for given in request.gravity:  # of at most one
+        gravity = vector_from_msg(given)
         if gravity_problem(gravity) is not None:
             raise InvalidInputError("gravity", gravity, GRAVITY_REQUIREMENT)
     tubes, elastomer = _on_offer(request, description)
     angles = tuple(request.fiber_angles_beta) or DEFAULT_BETAS
     single_angles = tuple(request.fiber_angles_gamma) or (0.0,)
-    if len(tubes) * len(angles) * len(single_angles) > MOST_COMBINATIONS:
-        raise InvalidInputError(
-            "combinations of tube and angles",
-            f"{len(tubes)} x {len(angles)} x {len(single_angles)}",
-            f"at most {MOST_COMBINATIONS}",
-        )
+    counts = tuple(map(len, (tubes, angles, single_angles)))
+    if math.prod(counts) > MOST_COMBINATIONS:
+        product, most = " x ".join(map(str, counts)), f"at most {MOST_COMBINATIONS}"
+        raise InvalidInputError("combinations of tube and angles", product, most)
     axis = gripper.object_axis
-    if request.object_axis:
-        axis = require_direction("object_axis", vector_from_msg(request.object_axis[0]))
+    for given in request.object_axis:
+        axis = require_direction("object_axis", vector_from_msg(given))
     preferences = {preference.name.lower(): preference for preference in Preference}
     preference = request.preference or Preference.LEAST_STRAIN.name.lower()
     if preference not in preferences:
         raise InvalidInputError("preference", preference, f"one of {', '.join(preferences)}")
-    own = {
+    values: dict[str, Any] = {
         "fiber_angle_alpha": actuator.fiber_pair.alpha,
         "turns_required": gripper.turns_required,
         "pressure_max": gripper.pressure_max,
@@ -90,7 +89,7 @@ def requirement_from_msg(
         curvature_form=actuator.curvature_form,
         extra_mass_per_length=description.extra_mass_per_length,
         preference=preferences[preference],
-        **(own | values),
+        **(values | _given(request)),
     )
 
 
@@ -123,12 +122,10 @@ def _on_offer(
             raise InvalidInputError("tubing", request.tubing, f"a shipped list: {names}")
         tubing = load_tubing(request.tubing)
         return tubing.sizes, tubing.elastomer
-    actuator = description.actuator
-    own = ((actuator.tube.inner_radius, actuator.tube.wall_thickness),)
-    elastomer = Elastomer(
-        description.gripper.name, actuator.material, description.density, actuator.pressure_law
-    )
-    sizes = tuple(zip(radii, walls, strict=True)) or own
+    own, name = description.actuator, description.gripper.name
+    elastomer = Elastomer(name, own.material, description.density, own.pressure_law)
+    sizes = list(zip(radii, walls, strict=True))
+    sizes = sizes or [(own.tube.inner_radius, own.tube.wall_thickness)]
     return tuple(TubeSize(f"{2e3 * r:.4g} x {1e3 * t:.4g} mm", r, t) for r, t in sizes), elastomer
 
 
@@ -137,8 +134,8 @@ def fill_response(response: Any, report: DesignReport) -> Any:  # noqa: ANN401
     design, values = report.design, {}
     if design is not None:
         values = _figures(design)
-    if design is not None and report.feasible:
-        values["description"] = description_text(design, DESIGN_NAME)
+        if report.feasible:
+            values["description"] = description_text(design, DESIGN_NAME)
     return filled(
         response,
         report,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from rclpy.node import Node
 
-from spiral_gripper_ros.messages.diagnostics import Health, diagnostics_to_msg
+from spiral_gripper_ros.messages.diagnostics import diagnostics_to_msg
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.control_clock import STEADY
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -37,7 +37,9 @@ class Diagnosis:
         runtime.follow_grips()  # an inactive node has no tick that does
         commanders = node.count_publishers("pressure_command")
         runtime.log.tell_others(commanders)
-        health = Health(
+        message = diagnostics_to_msg(
+            runtime.control.snapshot(),
+            node.get_clock().now().to_msg(),
             name=node.get_fully_qualified_name(),
             hardware_id="" if loaded is None else loaded.gripper.name,
             internal_errors=runtime.errors.count,
@@ -47,6 +49,4 @@ class Diagnosis:
             object_poses_refused=runtime.objects.refused,
             has_table=loaded is not None and loaded.grips.table(loaded.gravity) is not None,
         )
-        stamp = node.get_clock().now().to_msg()
-        message = diagnostics_to_msg(health, runtime.control.snapshot(), stamp)
         runtime.outputs.publish_diagnostics(message)

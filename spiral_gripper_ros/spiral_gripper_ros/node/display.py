@@ -11,11 +11,9 @@ from rclpy.node import Node
 from spiral_core.grip.curve import GripCurve, TubeShape
 from spiral_core.rod.state import RodState
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.control.states import Reason
-from spiral_gripper_ros.messages.markers import Scene, no_markers, scene_to_msg
+from spiral_gripper_ros.messages.markers import no_markers, scene_to_msg
 from spiral_gripper_ros.node.robot_state import RobotState
 from spiral_gripper_ros.planning.grip_follower import InUse
-from spiral_gripper_ros.planning.planner import GripShape
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.repetition import LONGEST_PERIOD, Repetition
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -65,25 +63,24 @@ class Display:
         if loaded is None or not runtime.outputs.markers_are_wanted:
             return
         snapshot, seen = runtime.control.snapshot(), runtime.seen_object()
-        found, placement = None, loaded.placement(snapshot.plan)
+        grip, placement = None, snapshot.placement
         if snapshot.radius is not None:
             found = loaded.grips.found(InUse(snapshot.radius, seen), loaded.gravity)
-        grip = found if isinstance(found, GripCurve) else None
-        held = grip and grip.shapes
-        if placement is not None and (seen or held):  # else where the wrap expects it
-            at: Any = seen or held
+            grip = found if isinstance(found, GripCurve) else None
+        at: Any = seen or (grip and grip.shapes)
+        if placement is not None and at:  # else where the wrap expects it
             placement = replace(placement, center=at.center, axis=at.axis)
-        scene = Scene(
+        message = scene_to_msg(
             commanded=_on_object(grip, snapshot.pressure_command, loaded.commanded.shape),
             measured=_on_object(grip, snapshot.measured_pressure, loaded.measured.shape),
             placement=placement,
             regime=loaded.shown_regime(snapshot),
             text=_text(snapshot),
             outer_radius=loaded.gripper.tube.outer_radius,
+            points=runtime.values.publish.backbone_points,
+            lifetime=LIFETIME_PERIODS * min(1.0 / self._rate, LONGEST_PERIOD),
+            header=runtime.outputs.header(),
         )
-        lifetime = LIFETIME_PERIODS * min(1.0 / self._rate, LONGEST_PERIOD)
-        points = runtime.values.publish.backbone_points
-        message = scene_to_msg(scene, points, lifetime, runtime.outputs.header())
         runtime.outputs.publish("markers", message)
         self._is_drawn = True
 
@@ -93,20 +90,17 @@ class Display:
 
 
 def _on_object(
-    grip: GripCurve | None, pressure: float | None, free: GripShape | None
+    grip: GripCurve | None, pressure: float | None, free: RodState | None
 ) -> RodState | TubeShape | None:
     """Return the tube at a pressure [Pa]: on the object where that is solved, else the free one."""
     held = None if grip is None or pressure is None else grip.shape(pressure)
-    if held is not None:
-        return held
-    return None if free is None else free.state
+    return free if held is None else held
 
 
 def _text(snapshot: Snapshot) -> str:
     """Return state, pressures and what is wrong, for people."""
     lines = [f"{snapshot.state.name}  {1e-3 * snapshot.pressure_command:.1f} kPa"]
-    if snapshot.measured is not None:
-        lines.append(f"measured  {1e-3 * snapshot.measured.pressure:.1f} kPa")
-    reasons = (snapshot.refusal.reason, snapshot.pressure_fault.reason)
-    lines += [reason.name for reason in reasons if reason is not Reason.NONE]
+    if snapshot.measured_pressure is not None:
+        lines.append(f"measured  {1e-3 * snapshot.measured_pressure:.1f} kPa")
+    lines += [one.reason.name for one in (snapshot.refusal, snapshot.pressure_fault) if one]
     return "\n".join(lines)

@@ -7,20 +7,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
-from spiral_core.errors import InvalidInputError
+from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_gripper import GripperDescription, load_description
 from spiral_gripper_ros.actions.servers import GoalServers
 from spiral_gripper_ros.node.diagnosis import Diagnosis
 from spiral_gripper_ros.node.display import Display
 from spiral_gripper_ros.node.inputs import Inputs
-from spiral_gripper_ros.node.proposed_gripper import ProposedGripper
 from spiral_gripper_ros.node.services import Services
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
+from spiral_gripper_ros.parameters.spec import ParameterValue
 from spiral_gripper_ros.parameters.table import GripperParameters
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.runtime.guards import guarded_transition, vent_on_error
@@ -43,11 +44,11 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     def __init__(self, **options: Any) -> None:  # noqa: ANN401
         super().__init__(NODE_NAME, **options)
-        errors = ErrorLog(self.get_logger())
+        errors = self.errors = ErrorLog(self.get_logger())
         guard_services(self, errors)
-        self._proposed = ProposedGripper()
+        self._proposed: GripperDescription | None = None
         self._declared = DeclaredParameters(
-            self, self._on_change, GripperParameters, judge=self._proposed.refusal
+            self, self._on_change, GripperParameters, judge=self._judge
         )
         self.runtime = Runtime(self, self._declared.values(), errors)
         self.goals = GoalServers(self, self.runtime)
@@ -72,10 +73,10 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         """Load the gripper, solve its whole range once, and connect."""
         if not self.wait_for_kernels():
             return TransitionCallbackReturn.FAILURE
-        self.runtime.load()
+        loaded = self.runtime.load()
         self.runtime.outputs.configure()
         self._inputs = Inputs(self, self.runtime)
-        self.runtime.tell_range()
+        self.runtime.tell_range(loaded)
         return super().on_configure(state)
 
     @guarded_transition
@@ -136,6 +137,16 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
 
     # --- inside --------------------------------------------------------------------------------
 
+    def _judge(self, proposed: Mapping[str, ParameterValue]) -> str | None:
+        """Read the gripper among proposed parameters; return why it cannot be used, or None."""
+        self._proposed = None
+        try:
+            if "gripper" in proposed:
+                self._proposed = load_description(str(proposed["gripper"]))
+        except SpiralError as error:
+            return str(error)
+        return None
+
     def _on_change(self, names: set[str]) -> None:
         vent_on_error(self.runtime, self._apply)(names)
 
@@ -146,7 +157,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         if "gravity.vector" in names:
             runtime.use_gravity(plan="gripper" not in names)
         if "gripper" in names:
-            runtime.load_another(self._proposed.description)
+            runtime.load_another(self._proposed)
         runtime.use_limits()
         if "publish.rate" in names and runtime.is_active:
             self._start_timers()

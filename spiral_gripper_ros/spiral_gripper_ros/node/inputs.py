@@ -16,10 +16,9 @@ from std_msgs.msg import Empty, Float64
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
 from spiral_gripper_msgs.msg import ObjectRadius
-from spiral_gripper_ros.control.radius_gate import STAMPED_RADIUS, age_problem, stale_estimate
+from spiral_gripper_ros.control.radius_gate import age_problem
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.conversions import (
-    frame_problem,
     line_from_msg,
     stamp_age,
     vector_from_msg,
@@ -52,7 +51,7 @@ class Inputs:
         self._transforms = Transforms(node, runtime.values.frame_id)
         self._subscriptions: list[Subscription] = []
         self._subscribe(Float64, "object_radius", self.hear_radius)
-        self._subscribe(ObjectRadius, STAMPED_RADIUS, self.hear_stamped_radius)
+        self._subscribe(ObjectRadius, "object_radius_stamped", self.hear_stamped_radius)
         self._subscribe(Float64, "measured_pressure", self.hear_measured)
         self._subscribe(PoseStamped, "object_pose", log_on_error(runtime.errors, self.hear_pose))
         self._subscribe(Empty, "keep_alive", self.hear_client)
@@ -111,12 +110,12 @@ class Inputs:
         runtime = self._runtime
         if not runtime.is_active:
             return
-        limit = runtime.values.radius.age_limit
-        refusal = stale_estimate(self._age(message.header.stamp), limit)
-        if refusal is None:
-            self.hear_radius(Float64(data=message.radius))
+        age, limit = self._age(message.header.stamp), runtime.values.radius.age_limit
+        problem = age_problem("object_radius_stamped", age, "radius.age_limit", limit)
+        if problem:
+            runtime.control.refuse(Refusal(Reason.RADIUS_STALE, problem))
         else:
-            runtime.control.refuse(refusal)
+            self.hear_radius(Float64(data=message.radius))
 
     def hear_measured(self, message: Float64) -> None:
         """Compare a measured gauge pressure [Pa] with what is commanded."""
@@ -125,7 +124,11 @@ class Inputs:
 
     def hear_gravity(self, message: Vector3Stamped) -> None:
         """Take a new gravity [m/s^2]; plans and shapes are solved again."""
-        problem = frame_problem("gravity", message, self._runtime.values.frame_id)
+        own, given, problem = self._runtime.values.frame_id, message.header.frame_id, None
+        if given not in ("", own):
+            problem = (
+                f"gravity must be given in the frame {own!r} (or an unnamed one), got {given!r}"
+            )
         self._take_gravity(vector_from_msg(message.vector), message.header.stamp, problem)
 
     def look_up_gravity(self) -> None:
@@ -133,24 +136,22 @@ class Inputs:
         runtime = self._runtime
         if runtime.loaded is None:
             return
-        own, stamp, problem = runtime.loaded.gripper.gravity, Time(), None
+        strength = math.hypot(*runtime.loaded.gripper.gravity)
         try:
             (x, y, z), stamp = self._transforms.down(runtime.values.gravity.frame)
-            strength = math.hypot(*own)
-            own = (strength * x, strength * y, strength * z)
         except TransformError as error:
-            problem = str(error)
-        self._take_gravity(own, stamp, problem)
+            runtime.control.refuse(Refusal(Reason.GRAVITY_INVALID, str(error)))
+        else:
+            self._take_gravity((strength * x, strength * y, strength * z), stamp, None)
 
     def _take_gravity(self, gravity: Vector, stamp: Any, problem: str | None) -> None:  # noqa: ANN401
-        runtime, limit = self._runtime, "radius.age_limit"
+        runtime = self._runtime
         if runtime.loaded is None:
             return
         age = 0.0 if stamp == Time() else self._age(stamp)
+        limit = "radius.age_limit", runtime.values.radius.age_limit
         problem = (
-            problem
-            or gravity_problem(gravity)
-            or age_problem("gravity", min(age, 0.0), limit, runtime.values.radius.age_limit)
+            problem or gravity_problem(gravity) or age_problem("gravity", min(age, 0.0), *limit)
         )
         if problem:
             runtime.control.refuse(Refusal(Reason.GRAVITY_INVALID, problem))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from collections.abc import Mapping, Sequence
 from concurrent import futures
@@ -61,24 +62,24 @@ class NodeProgram:
 
         return {"parameters": PARAMETERS}
 
-    def spin(self, node: GripperNode, signals: StopSignals) -> int:
+    def spin(self, node: GripperNode, loop: GuardedLoop, signals: StopSignals) -> int:
         """Run the node until a stop is requested; it ends vented."""
-        from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+        from rclpy.executors import ExternalShutdownException
 
-        from spiral_gripper_ros.node.garbage import GarbageFreezer
         from spiral_gripper_ros.planning.worker import join_ended
-        from spiral_gripper_ros.process.guards import GuardedLoop
 
         signals.defer()
-        executor, memory = SingleThreadedExecutor(), GarbageFreezer()
-        executor.add_node(node)
-        loop = GuardedLoop(node.runtime.errors, executor)
+        is_frozen = False
         try:
             _compile_kernels(node, loop, signals)
             if node.runtime.values.autostart and not signals.requested and not node.start():
                 return 1
             while not signals.requested:
-                memory.freeze_for(node.runtime.loaded)
+                if not is_frozen and node.runtime.loaded is not None:
+                    # A full collection would look at every object of the libraries again and again,
+                    # which takes 50 to 150 ms in which nothing is commanded.
+                    gc.freeze()
+                    is_frozen = True
                 loop.turn()
                 if node.runtime.values.exit_with_parent and self._parent.has_gone:
                     node.get_logger().warning("the process that started this one has gone: vented")
@@ -87,10 +88,9 @@ class NodeProgram:
             pass
         finally:
             node.vent()
-            if node.goals.end(executor):
+            if node.goals.end(loop.executor):
                 node.vent()  # whatever else has been called meanwhile
-            executor.shutdown()
-            node.destroy_node()
+            node.runtime.background.end()
             join_ended()
         return 0
 

@@ -5,26 +5,23 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from operator import mul
 from typing import Any
 
 from geometry_msgs.msg import Point
 
 from spiral_core.errors import SpiralError
-from spiral_core.grip.curve import GripAnswer, GripCurve, GripQuestion
+from spiral_core.grip.curve import GripQuestion
 from spiral_core.validation import (
     require_direction,
     require_in_range,
     require_non_negative,
     require_positive,
 )
-from spiral_core.wrap.gripper import DEFAULT_FRICTION, FRICTION_MAX, Gripper
-from spiral_gripper.files.regions import StoredRegion, capture_margin
+from spiral_core.wrap.gripper import DEFAULT_FRICTION, FRICTION_MAX
+from spiral_gripper.files.regions import capture_margin
 from spiral_gripper_msgs.msg import ObjectToWrap, PlannedWrap
-from spiral_gripper_ros.control.limits import Limits
-from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.radius_gate import impossible_radius
 from spiral_gripper_ros.control.states import Reason, Refusal, refusal_from_error
 from spiral_gripper_ros.control.target import beyond_loss, default_overpressure
@@ -39,51 +36,14 @@ from spiral_gripper_ros.messages.conversions import (
 )
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.parameters.spec import LARGEST_PAYLOAD, gravity_problem
-from spiral_gripper_ros.planning.planner import AnyPlanner, NoPlanner, planner_for
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
+from spiral_gripper_ros.planning.planner import GripperPlanner, planner_for
 from spiral_gripper_ros.planning.worker import EndedError
+from spiral_gripper_ros.runtime.runtime import Runtime
 
 # Directions are one, in either sense, if their product is at least this.
 SAME_AXIS = 1.0 - 1e-12
 UNLOADED = "the gripper was unloaded or exchanged before all objects were planned for"
-
-
-@dataclass(frozen=True, slots=True)
-class PlanContext:
-    """The data from which a `plan_wrap` request is answered.
-
-    Args:
-        planner: for the present mount; used if the request names no other.
-        gripper: the gripper.
-        limits: of the commands; their cap and the pressure of a grip, unless the request says.
-        points: largest number of poses of the shape.
-        header: stamp and frame of the shape.
-        is_wanted: tells whether a long answer is still awaited.
-        known_grip: returns the grip on a plan's object of a radius [m] at a pressure [Pa], if it is
-            known; for the present mount.
-        solve_grip: returns the grip on one object, in seconds, unless it is no longer awaited.
-        now: time that the age of grips is counted to [s].
-        regions: of capture that are known.
-    """
-
-    planner: AnyPlanner
-    gripper: Gripper
-    limits: Limits
-    points: int
-    header: Any
-    is_wanted: Callable[[], bool]
-    known_grip: Callable[[WrapPlan, float, None, float], GripAnswer | None]
-    solve_grip: Callable[[GripQuestion, Callable[[], bool]], GripCurve]
-    now: float
-    regions: tuple[StoredRegion, ...] = ()
-
-
-def answer_plan_wrap(request: Any, response: Any, context: PlanContext) -> Any:  # noqa: ANN401
-    """Fill a response: one answer for each object; a bad one is refused by itself, never raised."""
-    start = time.perf_counter()
-    answers = _Answers(request, context)
-    response.plans = [answers.about(one) for one in request.objects]
-    response.solve_time = time.perf_counter() - start
-    return response
 
 
 def refuse_all(request: Any, response: Any, text: str, reason: Reason) -> Any:  # noqa: ANN401
@@ -93,33 +53,53 @@ def refuse_all(request: Any, response: Any, text: str, reason: Reason) -> Any:  
 
 
 class _RefusedError(Exception):
-    """A wrap exists but is refused; carries the reason."""
-
-    def __init__(self, reason: Reason, text: str) -> None:
-        super().__init__(text)
-        self.refusal = Refusal(reason, text)
+    """A wrap exists but is refused; its argument is the refusal."""
 
 
-class _Answers:
-    """The answers to one request, about one object after the other."""
+class PlanAnswers:
+    """The answers to one request, with what the node knows when it is made.
 
-    def __init__(self, request: Any, context: PlanContext) -> None:  # noqa: ANN401
-        self._request, self._context = request, context
+    Args:
+        request: the ``PlanWrap`` request.
+        runtime: the gripper.
+        loaded: the gripper that is loaded.
+    """
+
+    def __init__(self, request: Any, runtime: Runtime, loaded: LoadedGripper) -> None:  # noqa: ANN401
+        self._request, self._runtime, self._loaded = request, runtime, loaded
+        self._present, self._limits, self._now = loaded.planner, runtime.limits, runtime.now()
+        self._header, self._points = (
+            runtime.outputs.header(),
+            runtime.values.publish.backbone_points,
+        )
         # Planners for other mounts, by gravity and axis: some tens of milliseconds each.
-        self._planners: dict[tuple[float, ...], AnyPlanner] = {}
+        self._planners: dict[tuple[float, ...], GripperPlanner] = {}
 
-    def about(self, asked: ObjectToWrap) -> PlannedWrap:
+    def fill(self, response: Any) -> Any:  # noqa: ANN401
+        """Fill a response: one answer for each object; a bad one is refused, never raised.
+
+        To be called in the background.
+        """
+        start = time.perf_counter()
+        response.plans = [self._about(one) for one in self._request.objects]
+        response.solve_time = time.perf_counter() - start
+        return response
+
+    def _is_wanted(self) -> bool:
+        """Return whether the answers are still awaited."""
+        return self._runtime.loaded is self._loaded and not self._runtime.background.has_ended
+
+    def _about(self, asked: ObjectToWrap) -> PlannedWrap:
         """Return the answer about one object."""
-        is_wanted = self._context.is_wanted
-        if not is_wanted():
+        if not self._is_wanted():
             return _refused(Refusal(Reason.NOT_ACTIVE, UNLOADED))
         answer, nearest = PlannedWrap(), None
         try:
             return self._filled(answer, asked)
         except _RefusedError as refused:
-            refusal = refused.refusal
+            (refusal,) = refused.args
         except EndedError as error:
-            reason = Reason.INTERNAL_ERROR if is_wanted() else Reason.NOT_ACTIVE
+            reason = Reason.INTERNAL_ERROR if self._is_wanted() else Reason.NOT_ACTIVE
             refusal = Refusal(reason, str(error))
         except SpiralError as error:
             refusal, nearest = refusal_from_error(error), getattr(error, "nearest_radius", None)
@@ -128,39 +108,42 @@ class _Answers:
         return refused_answer
 
     def _filled(self, answer: PlannedWrap, asked: ObjectToWrap) -> PlannedWrap:
-        request, context, radius = self._request, self._context, asked.radius
+        request, radius, cap = self._request, asked.radius, self._limits.pressure_cap
         self._check(asked)
         overpressure, length = known(request.overpressure), known(asked.length)
-        payload = known(asked.payload)
-        planner, cap = self._planner(asked), context.limits.pressure_cap
-        if isinstance(planner, NoPlanner):
-            planner.plan(radius)
+        payload, planner = known(asked.payload), self._planner(asked)
+        if planner.error is not None:
+            raise planner.error
         answer.radius_range = planner.radius_range
         plan = planner.plan(radius, by_tip=request.compute_grip)
         needed = plan.wrap.object_length_needed or 0.0
         if length is not None and length < needed:
             text = f"the coil covers {needed:.4g} m of the object but its length is {length:.4g} m"
-            raise _RefusedError(Reason.OBJECT_TOO_SHORT, text)
-        solved = self._solved(asked, plan) if request.compute_grip else None
-        if solved is not None:
+            raise _RefusedError(Refusal(Reason.OBJECT_TOO_SHORT, text))
+        pose, solved = line_from_msg(asked.pose[0]) if asked.pose else None, None
+        if request.compute_grip:  # on exactly this object, in seconds
+            friction = known(asked.friction_coefficient)
+            question = GripQuestion(plan.gripper, radius, friction, pose)
+            solved = self._runtime.solve_grip(question, self._is_wanted)
             onset, highest_good, loss = solved.window
             plan = replace(plan, onset=onset, highest_good=highest_good, loss=loss)
-        above = default_overpressure(plan, context.limits) if overpressure is None else overpressure
+        above = default_overpressure(plan, self._limits) if overpressure is None else overpressure
         pressure = plan.pressure + above
         if not pressure <= cap:
             text = f"needs {pressure:.6g} Pa, above pressure.cap = {cap:.6g} Pa"
-            raise _RefusedError(Reason.PRESSURE_CAP, text)
-        grip = (
-            self._known_grip(asked, pressure, plan)
-            if solved is None
-            else solved.answer(pressure, at_pose=bool(asked.pose))
-        )
+            raise _RefusedError(Refusal(Reason.PRESSURE_CAP, text))
+        grip = None
+        if solved is not None:
+            grip = solved.answer(pressure, at_pose=pose is not None)
+        elif self._is_own(asked):
+            grip = self._loaded.grips.answer(plan, None, pressure)
         loss = plan.loss if grip is None else grip.loss
         if not pressure < loss:
-            lost = beyond_loss(pressure, loss)
-            raise _RefusedError(lost.reason, lost.text)
-        contact = None if grip is None else grip.contact_length
-        margin = self._capture_margin(asked, pressure, plan)
+            raise _RefusedError(beyond_loss(pressure, loss))
+        margin = None  # how far inside of a known region of capture it is
+        if pose is not None:
+            closing = pressure, radius, plan.gripper.gravity, self._friction(asked), payload
+            margin = capture_margin(self._loaded.regions, *pose, closing)
         missed, unjudged = margin is not None and margin < 0.0, ""
         if solved is None and margin is None and asked.pose:
             unjudged = "; its pose is not judged: compute_grip does that"
@@ -168,11 +151,11 @@ class _Answers:
             unjudged = "; contact is not judged: compute_grip does that"
         placement = plan.placement
         if request.backbone:
-            answer.backbone = backbone_to_msg(plan.wrap.state, context.points, context.header)
+            answer.backbone = backbone_to_msg(plan.wrap.state, self._points, self._header)
         message: PlannedWrap = filled(
             answer,
-            figures=[figures_to_msg(plan, radius, pressure, planner, cap, contact)],
-            grip=grip_to_msg(grip, context.now, payload, planner.gravity),
+            figures=[figures_to_msg(plan, pressure, planner, cap, grip)],
+            grip=grip_to_msg(grip, self._now, payload, planner.gravity),
             object_axis=[vector_to_msg(plan.wrap.coil.axis)],
             object_center=[vector_to_msg(placement.center, Point)],
             largest_gap=placement.largest_gap,
@@ -190,44 +173,42 @@ class _Answers:
         """Refuse numbers that are out of their range."""
         # Whether this gripper can wrap it is for the planner to say: it knows why, and what it can.
         refusal = impossible_radius(asked.radius, (0.0, math.inf))
-        if refusal is not None:
-            raise _RefusedError(refusal.reason, refusal.text)
-        overpressure, length = known(self._request.overpressure), known(asked.length)
-        friction, payload = known(asked.friction_coefficient), known(asked.payload)
-        if overpressure is not None:
+        if refusal:
+            raise _RefusedError(refusal)
+        for overpressure in self._request.overpressure:  # of at most one, as the others
             require_non_negative("overpressure", overpressure)
-        if payload is not None:
+        for payload in asked.payload:
             require_in_range("payload", payload, 0.0, LARGEST_PAYLOAD)
-        if length is not None:
+        for length in asked.length:
             require_positive("length", length)
-        if friction is not None:
+        for friction in asked.friction_coefficient:
             require_in_range("friction_coefficient", friction, 0.0, FRICTION_MAX)
 
-    def _planner(self, asked: ObjectToWrap) -> AnyPlanner:
+    def _planner(self, asked: ObjectToWrap) -> GripperPlanner:
         """Return the planner for the gravity and the object's axis."""
-        present, gripper = self._context.planner, self._context.gripper
+        present, gripper = self._present, self._loaded.gripper
         gravity, axis = present.gravity, gripper.object_axis
-        if self._request.gravity:
-            gravity = vector_from_msg(self._request.gravity[0])
+        for given in self._request.gravity:
+            gravity = vector_from_msg(given)
         is_own = self._is_own(asked)
         if is_own and gravity == present.gravity:
             return present
         problem = gravity_problem(gravity)
-        if problem is not None:
-            raise _RefusedError(Reason.GRAVITY_INVALID, problem)
-        if asked.axis:
-            axis = require_direction("axis", vector_from_msg(asked.axis[0]))
+        if problem:
+            raise _RefusedError(Refusal(Reason.GRAVITY_INVALID, problem))
+        for given in asked.axis:
+            axis = require_direction("axis", vector_from_msg(given))
         key = (is_own, *gravity, *(axis or ()))
         if key not in self._planners:
-            grips = getattr(present, "grips", None) if is_own else None
+            grips = present.grips if is_own else None
             self._planners[key] = planner_for(gripper.with_mount(gravity, axis), gravity, grips)
         return self._planners[key]
 
     def _is_own(self, asked: ObjectToWrap) -> bool:
         """Return whether an object has the axis and the friction of the node's own grips."""
-        own = self._context.gripper
-        if asked.axis:
-            axis = require_direction("axis", vector_from_msg(asked.axis[0]))
+        own = self._loaded.gripper
+        for given in asked.axis:
+            axis = require_direction("axis", vector_from_msg(given))
             along = 0.0 if own.object_axis is None else sum(map(mul, axis, own.object_axis))
             if abs(along) < SAME_AXIS:
                 return False
@@ -235,33 +216,10 @@ class _Answers:
 
     def _friction(self, asked: ObjectToWrap) -> float:
         """Return the coefficient that an object states, or the gripper's."""
-        friction, own = known(asked.friction_coefficient), self._context.gripper
-        if friction is None:
-            friction = own.friction_coefficient
-        return DEFAULT_FRICTION if friction is None else friction
-
-    def _solved(self, asked: ObjectToWrap, plan: WrapPlan) -> GripCurve:
-        """Return the grip on exactly this object, in seconds."""
-        pose = line_from_msg(asked.pose[0]) if asked.pose else None
         friction = known(asked.friction_coefficient)
-        question = GripQuestion(plan.gripper, asked.radius, friction, pose)
-        return self._context.solve_grip(question, self._context.is_wanted)
-
-    def _known_grip(
-        self, asked: ObjectToWrap, pressure: float, plan: WrapPlan
-    ) -> GripAnswer | None:
-        """Return what is known of the grip, for the node's own axis and friction."""
-        if not self._is_own(asked):
-            return None
-        return self._context.known_grip(plan, asked.radius, None, pressure)
-
-    def _capture_margin(self, asked: ObjectToWrap, pressure: float, plan: WrapPlan) -> float | None:
-        """Return how far inside of a known region of capture the object is, if it is seen."""
-        if not asked.pose:
-            return None
-        line, friction = line_from_msg(asked.pose[0]), self._friction(asked)
-        closing = pressure, asked.radius, plan.gripper.gravity, friction, known(asked.payload)
-        return capture_margin(self._context.regions, *line, closing)
+        if friction is None:
+            friction = self._loaded.gripper.friction_coefficient
+        return DEFAULT_FRICTION if friction is None else friction
 
 
 def _refused(refusal: Refusal) -> PlannedWrap:

@@ -67,9 +67,9 @@ class RobotState:
         header, snapshot, poses = runtime.outputs.header(), runtime.control.snapshot(), {}
         shape = loaded.measured.shape or loaded.commanded.shape
         if shape is not None:
-            tip, turn = shape.state.tip_position, shape.state.orientations[-1]
+            tip, turn = shape.tip_position, shape.orientations[-1]
             poses["tip"] = pose_of(tip.tolist(), turn.tolist())
-        placement = loaded.placement(snapshot.plan)
+        placement = snapshot.placement
         if placement is not None:
             poses["object"] = pose_along(placement)
             self._publishers["object"].publish(PoseStamped(header=header, pose=poses["object"]))

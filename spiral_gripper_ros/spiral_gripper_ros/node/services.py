@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable
 from typing import Any
 
@@ -16,7 +15,7 @@ from spiral_gripper_msgs.srv import DesignGripper, PlanWrap
 from spiral_gripper_ros.control.states import Reason, Refusal
 from spiral_gripper_ros.messages.qos import REQUESTS
 from spiral_gripper_ros.node.design_service import fill_response, requirement_from_msg
-from spiral_gripper_ros.node.plan_service import PlanContext, answer_plan_wrap, refuse_all
+from spiral_gripper_ros.node.plan_service import PlanAnswers, refuse_all
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.runtime.guards import answered, report
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -59,12 +58,12 @@ class Services:
 
         async def answer(loaded: LoadedGripper) -> Any:  # noqa: ANN401
             question = request, loaded.gravity, loaded.description
-            requirement = functools.partial(requirement_from_msg, *question)
-            background = self._runtime.background
-            report = await background.design(self._node.executor, requirement)
+            report = await self._runtime.background.design(
+                self._node.executor, lambda: requirement_from_msg(*question)
+            )
             return fill_response(response, report)
 
-        return await answered(self._node, self._runtime, answer, refuse)
+        return await answered(self._runtime, answer, refuse)
 
     def _cancel_design(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         del request
@@ -84,22 +83,10 @@ class Services:
             if len(request.objects) > 1:
                 pool = background.batches
             runtime.take_planner()  # an inactive node has no tick that does
-            context = PlanContext(
-                planner=loaded.planner,
-                gripper=loaded.gripper,
-                limits=runtime.limits,
-                points=runtime.values.publish.backbone_points,
-                header=runtime.outputs.header(),
-                is_wanted=lambda: runtime.loaded is loaded and not background.has_ended,
-                known_grip=loaded.grip,
-                solve_grip=runtime.solved_grip,
-                now=runtime.now(),
-                regions=loaded.regions,
-            )
-            question = functools.partial(answer_plan_wrap, request, response, context)
-            return await pool.ask(self._node.executor, question)
+            answers = PlanAnswers(request, runtime, loaded)
+            return await pool.ask(self._node.executor, lambda: answers.fill(response))
 
-        return await answered(self._node, self._runtime, answer, refuse)
+        return await answered(self._runtime, answer, refuse)
 
     def _vent(self, request: Any, response: Any) -> Any:  # noqa: ANN401
         done = RELEASED if self._runtime.is_active else RELEASED_INACTIVE
@@ -112,10 +99,10 @@ class Services:
         """Do something, command what follows from it, and answer; an exception vents."""
         try:
             refusal = act()
-            if refusal is None:  # an inactive node is silent: another may command
+            if not refusal:  # an inactive node is silent: another may command
                 self._runtime.publish()
-            response.success = refusal is None
-            response.message = done if refusal is None else refusal.text
+            response.success = not refusal
+            response.message = refusal.text if refusal else done
         except Exception as error:
             report(self._runtime, "a service", error)
             response.success, response.message = False, f"internal error: {error!r}"

@@ -94,22 +94,18 @@ class Transforms:
     def _look_up(self, frame: str, stamp: Any) -> tuple[Vector, Quaternion, Any]:  # noqa: ANN401
         """Return the shift [m] and the turn of a frame, a unit quaternion, and their time."""
         self.listen()
+        between = f"transform from {frame!r} to {self._base!r} is"
         try:
             time = stamp if isinstance(stamp, Time) else Time.from_msg(stamp)
             found = self._buffer.lookup_transform(self._base, frame, time)
         except (self._tf2.TransformException, ValueError) as error:  # a stamp may be negative
-            raise TransformError(
-                f"no transform from {frame!r} to {self._base!r} is known: {error}"
-            ) from None
+            raise TransformError(f"no {between} known: {error}") from None
         place, turn = found.transform.translation, found.transform.rotation
         shift, quaternion = vector_from_msg(place), quaternion_from_msg(turn)
         try:
             object_line(shift, quaternion)
         except InvalidInputError:
-            raise TransformError(
-                f"the transform from {frame!r} to {self._base!r} is no rigid motion, got "
-                f"{place}, {turn}"
-            ) from None
+            raise TransformError(f"the {between} no rigid motion, got {place}, {turn}") from None
         size = math.hypot(*quaternion)  # 1 but for its digits
         x, y, z, w = (component / size for component in quaternion)
         return shift, (x, y, z, w), found.header.stamp

@@ -49,16 +49,16 @@ class DeclaredParameters(Generic[ParametersT]):
         *,
         judge: Callable[[dict[str, ParameterValue]], str | None] = lambda proposed: None,
     ) -> None:
-        self._node = node
-        self._changed = changed
-        self._judge = judge
+        self._node, self._judge = node, judge
         self._kind, self._table = kind, kind.specs()
         for spec in self._table:
-            node.declare_parameter(spec.name, _ros_default(spec.default), _descriptor(spec))
+            # rclpy cannot tell the type of an empty array: it is all NaN.
+            default = list(UNSET_VECTOR) if spec.default == () else spec.default
+            node.declare_parameter(spec.name, default, _descriptor(spec))
         self.values()
         node.add_pre_set_parameters_callback(self._read_texts)
         node.add_on_set_parameters_callback(self._on_set)
-        node.add_post_set_parameters_callback(self._report)
+        node.add_post_set_parameters_callback(lambda given: changed({one.name for one in given}))
 
     def values(self) -> ParametersT:
         """Return the value of every parameter."""
@@ -79,9 +79,6 @@ class DeclaredParameters(Generic[ParametersT]):
         proposed = {p.name: _plain_value(p.value) for p in parameters if p.name in own}
         problem = self._kind.refusal(proposed) or self._judge(proposed)
         return SetParametersResult(successful=problem is None, reason=problem or "")
-
-    def _report(self, parameters: Iterable[Any]) -> None:
-        self._changed({parameter.name for parameter in parameters})
 
 
 def _descriptor(spec: ParameterSpec) -> ParameterDescriptor:
@@ -116,11 +113,6 @@ def _read_text(parameter: Parameter) -> Parameter:
     except ValueError:
         pass
     return parameter
-
-
-def _ros_default(value: ParameterValue) -> Any:  # noqa: ANN401
-    """Return a default for rclpy, which cannot tell the type of an empty array: it is all NaN."""
-    return list(UNSET_VECTOR) if value == () else value
 
 
 def _plain_value(value: Any) -> ParameterValue:  # noqa: ANN401

@@ -51,12 +51,12 @@ def judge_given_parameters(
     """
     findings = Findings()
     for option, value in _options(args):
-        if option in ("-p", "--param"):
-            target, name = _assigned(value)
-            if target is None or any(node.rpartition("/")[2] == target for node in nodes):
-                findings.errors += _unknown([name], known)
-        else:
+        if option == "--params-file":
             _judge_file(Path(value), nodes, known, findings)
+            continue
+        target, separator, name = value.partition(":=")[0].rpartition(":")  # node:name:=value
+        if not separator or target in [node.rpartition("/")[2] for node in nodes]:
+            findings.errors += _unknown([name], known)
     return findings
 
 
@@ -92,12 +92,6 @@ def _options(args: Sequence[str]) -> Iterator[tuple[str, str]]:
             yield argument, following
 
 
-def _assigned(rule: str) -> tuple[str | None, str]:
-    """Return the node, or None for all, and the name in ``node:name:=value``."""
-    target, separator, name = rule.partition(":=")[0].rpartition(":")
-    return (target if separator else None), name
-
-
 def _sections(content: Any, prefix: str) -> Iterator[tuple[str, list[str]]]:  # noqa: ANN401
     """Return every node's name or pattern in a file, and the names of its parameters."""
     if not isinstance(content, Mapping):
@@ -120,12 +114,8 @@ def _names(values: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
 
 def _applies(pattern: str, nodes: Sequence[str]) -> bool:
     """Return whether a section is for one of some nodes; ``**`` stands for any namespaces."""
-    parts = ["(/[^/]+)*" if part == "**" else _part(part) for part in pattern.split("/")[1:]]
-    return any(re.fullmatch("".join(parts), node) is not None for node in nodes)
-
-
-def _part(part: str) -> str:
-    return "/" + "[^/]+".join(re.escape(piece) for piece in part.split("*"))
+    name = re.escape(pattern).replace(r"/\*\*", "(/[^/]+)*").replace(r"\*", "[^/]+")
+    return any(re.fullmatch(name, node) for node in nodes)
 
 
 def _unknown(names: Sequence[str], known: Collection[str]) -> list[str]:

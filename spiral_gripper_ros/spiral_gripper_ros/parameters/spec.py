@@ -168,7 +168,13 @@ def unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None:
     low, high = spec.low, spec.high
     if may_be_unset(spec) and isinstance(value, float) and math.isnan(value):
         return None
-    if low is not None and high is not None and not _is_within(value, low, high):
+    if (
+        low is not None
+        and high is not None
+        and not (
+            isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high
+        )
+    ):
         return f"a number from {low:g} to {high:g}"
     if spec.choices and value not in spec.choices:
         return f"one of {', '.join(spec.choices)}"
@@ -177,8 +183,3 @@ def unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None:
     if isinstance(spec.default, tuple) and isinstance(value, tuple) and value:
         return None if gravity_problem(value) is None else GRAVITY_REQUIREMENT
     return None
-
-
-def _is_within(value: ParameterValue, low: float, high: float) -> bool:
-    """Return whether a value is a number within bounds; true and false are none."""
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high

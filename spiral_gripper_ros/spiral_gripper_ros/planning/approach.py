@@ -4,20 +4,16 @@
 from __future__ import annotations
 
 import math
-import os
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from tempfile import NamedTemporaryFile
+
+import numpy as np
 
 from spiral_core.rod.contact.obstacles import Quaternion
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper_ros.planning.worker import Worker
-
-# Closings that are done and that a stage needs, in the file that tells how far the search is.
-_PROGRESS = struct.Struct("II")
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,7 +65,8 @@ def search(question: ApproachQuestion, told: str) -> tuple[list[FoundApproach], 
 
     Args:
         question: the object in the world.
-        told: path of the file that tells how far the search is.
+        told: path of the file that tells how far the search is: the closings that are done in a
+            stage, and that it needs.
 
     Raises:
         SpiralError: see :func:`spiral_core.find_approaches`.
@@ -79,12 +76,12 @@ def search(question: ApproachQuestion, told: str) -> tuple[list[FoundApproach], 
     q = question
     tilt_max = math.pi if q.tilt_max is None else q.tilt_max
     task = ApproachTask(q.gripper, q.radius, q.object_axis, q.gravity, q.payload, tilt_max)
-    with Path(told).open("r+b", buffering=0) as file:
+    progress = np.memmap(told, np.int64, "r+", shape=2)
 
-        def tell(done: int, expected: int) -> None:
-            os.pwrite(file.fileno(), _PROGRESS.pack(done, expected), 0)
+    def tell(*closings: int) -> None:
+        progress[:] = closings
 
-        answer = find_approaches(task, coarse=not q.regions, progress=tell)
+    answer = find_approaches(task, coarse=not q.regions, progress=tell)
     found = [
         FoundApproach(
             one.position,
@@ -116,14 +113,10 @@ def searched(
     """
     worker = Worker("approach")
     with NamedTemporaryFile() as told:
-        os.pwrite(told.fileno(), _PROGRESS.pack(0, 0), 0)
-
-        def look() -> bool:
-            return is_wanted(*_PROGRESS.unpack(os.pread(told.fileno(), _PROGRESS.size, 0)))
-
+        progress = np.memmap(told, np.int64, "w+", shape=2)
         try:
             answer: tuple[list[FoundApproach], str] = worker.answer(
-                search, question, told.name, is_wanted=look
+                search, question, told.name, is_wanted=lambda: is_wanted(*progress.tolist())
             )
         finally:
             worker.end("nobody waits for it any more")

@@ -20,7 +20,7 @@ LARGEST_MEMORY = 2_000_000_000
 
 
 def design(requirement: DesignRequirement, longest: float = LONGEST_DESIGN) -> DesignReport:
-    """Return the report on a requirement; to be called in a process of its own.
+    """Return the report on a requirement; to be called in a process that ends with it.
 
     Args:
         requirement: what is asked.
@@ -29,13 +29,15 @@ def design(requirement: DesignRequirement, longest: float = LONGEST_DESIGN) -> D
     Raises:
         SpiralError: there is no answer, or it needs too much time or memory.
     """
-    # The kernel's limits: of memory, and of a step that never ends.
-    limits = {
-        resource.RLIMIT_DATA: LARGEST_MEMORY,
-        resource.RLIMIT_CPU: math.ceil(time.process_time() + 2.0 * longest),
-    }
-    before = {limit: resource.getrlimit(limit) for limit in limits}
     begin = time.process_time()
+    # The kernel's limits: of memory, and of a step that never ends.
+    for limit, most in (
+        (resource.RLIMIT_DATA, LARGEST_MEMORY),
+        (resource.RLIMIT_CPU, math.ceil(begin + 2.0 * longest)),
+    ):
+        hard = resource.getrlimit(limit)[1]
+        soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(limit, (soft, hard))
 
     def look(*_: object) -> None:
         """Give up between two steps: an exception in the midst of a kernel's return is fatal."""
@@ -43,15 +45,9 @@ def design(requirement: DesignRequirement, longest: float = LONGEST_DESIGN) -> D
             raise TimeoutError
 
     try:
-        for limit, most in limits.items():
-            bounds = [most, *(bound for bound in before[limit] if bound >= 0)]
-            resource.setrlimit(limit, (min(bounds), before[limit][1]))
         return design_gripper(requirement, look)
     except MemoryError:
         why = f"it needs more than {1e-9 * LARGEST_MEMORY:g} GB of memory"
     except TimeoutError:
         why = f"not done within {longest:g} s of processor time"
-    finally:
-        for limit, both in before.items():
-            resource.setrlimit(limit, both)
     raise EndedError(f"no design: {why}")

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
+from operator import mul
 from typing import TypeAlias
 
 from spiral_core.errors import SpiralError
@@ -15,6 +16,7 @@ from spiral_core.grip.curve import GripAnswer, GripCurve, GripQuestion
 from spiral_core.grip.table import GripTable
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
+from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.worker import EndedError
 
@@ -47,7 +49,11 @@ class InUse:
             return False
         if not abs(self.radius - other.radius) <= RADIUS_TOLERANCE * self.radius:
             return False
-        return self.seen is None or other.seen is None or _is_near(self.seen, other.seen)
+        if self.seen is None or other.seen is None:
+            return True
+        along = abs(sum(map(mul, self.seen.axis, other.seen.axis)))
+        near = math.dist(self.seen.center, other.seen.center) <= PLACE_TOLERANCE
+        return near and along >= math.cos(TURN_TOLERANCE)
 
 
 # Answers a question, in seconds, unless its answer is no longer wanted.
@@ -65,6 +71,9 @@ class GripFollower:
         table: of the gripper's grips, or None.
         solve: called in the background.
         pool: runs the background work.
+
+    Attributes:
+        in_use: the object in use, or None.
     """
 
     def __init__(
@@ -79,11 +88,11 @@ class GripFollower:
         self._table = table
         self._solve, self._pool = solve, pool
         self._is_on, self._rate = True, math.nan
-        self._in_use: tuple[InUse, GripCurve | SpiralError | None] | None = None
-        self._wanted: InUse | None = None
+        self._known: tuple[InUse, GripCurve | SpiralError | None] | None = None
+        self.in_use: InUse | None = None
         self._wanted_at = 0.0
         self._turned_at = -math.inf  # when gravity changed
-        self._job: tuple[InUse | None, Future[GripCurve]] | None = None
+        self._job: tuple[InUse, Future[GripCurve]] | None = None
         self._outdated = threading.Event()  # the job's answer
 
     def follow(
@@ -98,16 +107,16 @@ class GripFollower:
             in_use: the object in use.
             is_on: whether anything is known and computed.
         """
-        taken = self._take(now)
+        taken = self._take()
         self._rate = rate
         is_turned = math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE
         if is_turned:
             self._gravity, self._turned_at = gravity, now
         if is_turned or is_on is not self._is_on:
             self._is_on = is_on
-            self._forget()
-        if in_use is None or not in_use.is_like(self._wanted):
-            self._wanted, self._wanted_at = in_use, now
+            self.end()
+        if in_use is None or not in_use.is_like(self.in_use):
+            self.in_use, self._wanted_at = in_use, now
         if self._job is None and is_on and now - self._turned_at >= SETTLING:
             self._start(now)
         return taken
@@ -119,63 +128,56 @@ class GripFollower:
             return None
         return table
 
-    def answer(
-        self, in_use: InUse, gravity: Vector, tip_pressure: float, pressure: float
-    ) -> GripAnswer | None:
+    def answer(self, plan: WrapPlan, seen: SeenObject | None, pressure: float) -> GripAnswer | None:
         """Return the grip on an object at a pressure [Pa], or None if it is not known.
 
         Args:
-            in_use: the object.
-            gravity: that its wrap is for [m/s^2].
-            tip_pressure: of its wrap by the tip criterion [Pa].
+            plan: of its wrap.
+            seen: where it is, or None: laid into the coil.
             pressure: gauge [Pa].
         """
-        found, table = self.found(in_use, gravity), self.table(gravity)
+        radius, gravity = plan.wrap.object_radius, plan.gripper.gravity
+        found, table = self.found(InUse(radius, seen), gravity), self.table(gravity)
         if isinstance(found, GripCurve):
-            return found.answer(pressure, at_pose=in_use.seen is not None)
-        if table is None or in_use.seen is not None:
+            return found.answer(pressure, at_pose=seen is not None)
+        if table is None or seen is not None:
             return None
-        known = table.answer(in_use.radius, tip_pressure, pressure)
+        known = table.answer(radius, plan.laid.pressure, pressure)
         if known is None or table.rate == self._rate:
             return known
         return replace(known, settling=math.nan)
 
     def found(self, in_use: InUse, gravity: Vector) -> GripCurve | SpiralError | None:
         """Return the grip that was computed for this very object, or why it has none, if known."""
-        known = self._in_use
+        known = self._known
         if known is None or math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE:
             return None
         return known[1] if in_use.is_like(known[0]) else None
 
     def end(self) -> None:
-        """Take back the question; another gripper or another life follows."""
-        self._outdated.set()
+        """Take back the question, and forget what is known of the object in use."""
+        self._known = None
+        self._outdated.set()  # if the job runs, whatever it answers is for what was
         if self._job is not None:
             self._job[1].cancel()
 
-    def _forget(self) -> None:
-        self._in_use = None
-        self.end()
-        if self._job is not None:  # if it runs, whatever it answers is for what was
-            self._job = None, self._job[1]
-
-    def _take(self, now: float) -> bool:
+    def _take(self) -> bool:
         if self._job is None or not self._job[1].done():
             return False
         (in_use, job), self._job = self._job, None
-        if in_use is None or job.cancelled() or isinstance(job.exception(), EndedError):
+        if self._outdated.is_set() or isinstance(job.exception(), EndedError):
             return False  # a process that was killed is asked again
-        error = job.exception()
-        if error is None:
-            self._in_use = in_use, replace(job.result(), computed_at=now)
-            return True
-        self._in_use = in_use, error if isinstance(error, SpiralError) else None
-        if isinstance(error, SpiralError):
-            return True
-        raise error  # a defect, once
+        try:
+            self._known = in_use, job.result()
+        except SpiralError as error:
+            self._known = in_use, error
+        except Exception:  # a defect, once
+            self._known = in_use, None
+            raise
+        return True
 
     def _start(self, now: float) -> None:
-        wanted, known = self._wanted, self._in_use
+        wanted, known = self.in_use, self._known
         if wanted is None or now - self._wanted_at < SETTLING:
             return
         if known is not None and wanted.is_like(known[0]):
@@ -185,9 +187,3 @@ class GripFollower:
         question = GripQuestion(mounted, wanted.radius, None, pose)
         outdated = self._outdated = threading.Event()
         self._job = wanted, self._pool.submit(self._solve, question, lambda: not outdated.is_set())
-
-
-def _is_near(one: SeenObject, other: SeenObject) -> bool:
-    near = math.dist(one.center, other.center) <= PLACE_TOLERANCE
-    along = abs(math.fsum(a * b for a, b in zip(one.axis, other.axis, strict=True)))
-    return near and along >= math.cos(TURN_TOLERANCE)

@@ -5,25 +5,20 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import Executor, Future
+from contextlib import suppress
 
 from spiral_core.errors import NotGrippableError, SpiralError
-from spiral_core.grip.curve import GripAnswer, GripCurve
+from spiral_core.grip.curve import GripCurve
+from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
-from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription
 from spiral_gripper.files.regions import StoredRegion
-from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
-from spiral_gripper_ros.planning.object_pose import SeenObject
+from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.planner import (
-    AnyPlanner,
-    GripShape,
-    NoPlanner,
-    PlannerFailedError,
-    StillLoadingError,
+    GripperPlanner,
     planner_for,
 )
 
@@ -37,33 +32,37 @@ class FollowedShape:
 
     Args:
         step: changes of the pressure up to this [Pa] keep the shape, >= 0.
+
+    Attributes:
+        pressure: that it was solved for [Pa]; None: none is known.
+        shape: at that pressure, if it is certified.
+        regime: how that holds the object in use; None without one that can be gripped.
     """
 
     def __init__(self, step: float) -> None:
-        self.shape: GripShape | None = None
+        self.shape: RodState | None = None
+        self.regime: WrapRegime | None = None
         self._step = step
-        self._planner: AnyPlanner | None = None
+        self._planner: GripperPlanner | None = None
         self._radius: float | None = None
-        self._pressure: float | None = None
+        self.pressure: float | None = None
 
-    def update(self, planner: AnyPlanner, pressure: float | None, radius: float | None) -> bool:
+    def update(self, planner: GripperPlanner, pressure: float | None, radius: float | None) -> bool:
         """Solve the shape at a pressure [Pa] if anything has changed; return whether it has.
 
         ``shape`` is then the new one, or None if it cannot be certified or no pressure is known.
         """
-        if planner is self._planner and radius == self._radius and self._is_close(pressure):
+        is_close = pressure is self.pressure
+        if pressure is not None and self.pressure is not None:
+            is_close = abs(pressure - self.pressure) <= self._step
+        if planner is self._planner and radius == self._radius and is_close:
             return False
-        self._planner, self._radius, self._pressure = planner, radius, pressure
-        try:
-            self.shape = None if pressure is None else planner.shape(pressure, radius)
-        except SpiralError:
-            self.shape = None
+        self._planner, self._radius, self.pressure = planner, radius, pressure
+        self.shape = self.regime = None
+        if pressure is not None:
+            with suppress(SpiralError):
+                self.shape, self.regime = planner.shape(pressure, radius)
         return self.shape is not None
-
-    def _is_close(self, pressure: float | None) -> bool:
-        if pressure is None or self._pressure is None:
-            return pressure is self._pressure
-        return abs(pressure - self._pressure) <= self._step
 
 
 class LoadedGripper:
@@ -82,6 +81,7 @@ class LoadedGripper:
 
     Attributes:
         planner: the present one.
+        is_loading: whether the first planner is still being made.
         gravity: the newest that was asked for [m/s^2].
         commanded, measured: the shapes at the commanded and at the measured pressure.
     """
@@ -96,14 +96,12 @@ class LoadedGripper:
     ) -> None:
         self.description, self.gripper = description, description.gripper
         self.gravity, self.grips, self.regions = gravity, grips, regions
-        still_loading = StillLoadingError(f"{self.gripper.name} is being loaded")
-        self.planner: AnyPlanner = NoPlanner(gravity, still_loading)
+        self.is_loading = True
+        loading = SpiralError(f"{self.gripper.name} is being loaded")
+        self.planner = self._without(loading)
         self.commanded, self.measured = FollowedShape(step=0.0), FollowedShape(step=MEASURED_STEP)
         self._pool = pool
-        self._job: Future[AnyPlanner] | None = None
-        self._is_measured = False
-        self._contact: GripCurve | NotGrippableError | None = None
-        self._placed: tuple[WrapPlan, ObjectPlacement] | None = None
+        self._job: Future[GripperPlanner] | None = None
 
     # --- planner -------------------------------------------------------------------------------
 
@@ -114,9 +112,9 @@ class LoadedGripper:
             SpiralError: the gripper cannot coil.
         """
         planner = planner_for(self.gripper, self.gravity, self.grips)
-        if isinstance(planner, NoPlanner):
+        if planner.error is not None:
             raise planner.error
-        self.planner = planner
+        self.planner, self.is_loading = planner, False
 
     def want(self, gravity: Vector, hysteresis: float) -> None:
         """Ask for a planner for ``gravity`` unless it is within ``hysteresis`` of the last."""
@@ -129,7 +127,7 @@ class LoadedGripper:
         if self._job is None:
             self._job = self._pool.submit(planner_for, self.gripper, self.gravity, self.grips)
 
-    def poll(self) -> AnyPlanner | None:
+    def poll(self) -> GripperPlanner | None:
         """Return a planner that has become ready, once; None if there is none.
 
         Should making it have raised, that is raised here, and nothing can be planned any more
@@ -137,24 +135,33 @@ class LoadedGripper:
         """
         if self._job is None or not self._job.done():
             return None
-        job, self._job = self._job, None
+        (job, self._job), self.is_loading = (self._job, None), False
         try:
             self.planner = job.result()
         except Exception as error:
             why = f"no planner could be made: {type(error).__name__}: {error}"
-            self.planner = NoPlanner(self.gravity, PlannerFailedError(why))
+            self.planner = self._without(SpiralError(why))
             raise
         if self.planner.gravity != self.gravity:
             self.refresh()
         return self.planner
 
-    @property
-    def is_loading(self) -> bool:
-        """Whether the first planner is still being made."""
-        planner = self.planner
-        return isinstance(planner, NoPlanner) and isinstance(planner.error, StillLoadingError)
+    def _without(self, error: SpiralError) -> GripperPlanner:
+        """Return a planner that says why there is none."""
+        mounted = self.gripper.with_mount(self.gravity, self.gripper.object_axis)
+        return GripperPlanner(mounted, error)
 
     # --- grip ----------------------------------------------------------------------------------
+
+    @property
+    def _contact(self) -> GripCurve | NotGrippableError | None:
+        """The contact at the object's place if that is known, or that it never wraps the object."""
+        in_use = self.grips.in_use
+        found = None if in_use is None else self.grips.found(in_use, self.gravity)
+        if isinstance(found, NotGrippableError):
+            return found
+        is_placed = in_use is not None and in_use.seen is not None
+        return found if is_placed and isinstance(found, GripCurve) else None
 
     @property
     def is_regime_from_contact(self) -> bool:
@@ -166,11 +173,12 @@ class LoadedGripper:
 
         By the contact if that is known, else by the measured shape, else by the commanded one.
         """
-        if isinstance(self._contact, GripCurve):
-            return self._contact.regime(pressure)
-        shape = (self.measured if self._is_measured else self.commanded).shape
-        if shape is None or self._contact is None:
-            return None if shape is None else shape.regime
+        contact = self._contact
+        if isinstance(contact, GripCurve):
+            return contact.regime(pressure)
+        free = self.commanded if self.measured.pressure is None else self.measured
+        if free.shape is None or contact is None:
+            return free.regime
         return WrapRegime.OVERHANG  # contact never wraps it
 
     def shown_regime(self, snapshot: Snapshot) -> WrapRegime | None:
@@ -178,43 +186,6 @@ class LoadedGripper:
         regime = self.regime(snapshot.pressure)
         pressed = snapshot.wrapped and regime is WrapRegime.CURLING and self._contact is None
         return WrapRegime.PERFECT_WRAP if pressed else regime
-
-    def follow_grips(
-        self, now: float, rate: float, radius: float | None, seen: SeenObject | None, *, is_on: bool
-    ) -> bool:
-        """Take the grip that is solved, start the next one; return whether one was taken.
-
-        Args:
-            now: time [s].
-            rate: of the ramps [Pa/s].
-            radius: of the object in use [m], or None.
-            seen: where it is, or None.
-            is_on: whether any grip is known and solved.
-        """
-        in_use = None if radius is None else InUse(radius, seen)
-        taken = self.grips.follow(now, self.gravity, rate, in_use, is_on=is_on)
-        found = None if in_use is None else self.grips.found(in_use, self.gravity)
-        is_placed = isinstance(found, GripCurve) and seen is not None
-        is_refused = isinstance(found, NotGrippableError)
-        self._contact = found if is_placed or is_refused else None  # type: ignore[assignment]
-        return taken
-
-    def grip(
-        self, plan: WrapPlan | None, radius: float | None, seen: SeenObject | None, pressure: float
-    ) -> GripAnswer | None:
-        """Return the grip on an object at a pressure [Pa], from contact; None: it is not known."""
-        if plan is None or radius is None:
-            return None
-        in_use, gravity = InUse(radius, seen), plan.gripper.gravity
-        return self.grips.answer(in_use, gravity, plan.laid.pressure, pressure)
-
-    def placement(self, plan: WrapPlan | None) -> ObjectPlacement | None:
-        """Return where a plan's object lies in the free coil; None without a plan."""
-        if plan is None:
-            return None
-        if self._placed is None or self._placed[0] is not plan:
-            self._placed = (plan, plan.placement)
-        return self._placed[1]
 
     # --- shapes --------------------------------------------------------------------------------
 
@@ -234,7 +205,6 @@ class LoadedGripper:
                 counts as that bound: a vented sensor reads a little less than zero. Beyond it no
                 shape can be certified.
         """
-        self._is_measured = pressure is not None
         if pressure is not None:
             nearest = min(max(pressure, 0.0), self.gripper.pressure_max)
             pressure = nearest if abs(pressure - nearest) <= tolerance else pressure
@@ -243,7 +213,5 @@ class LoadedGripper:
 
 def gravity_or_own(gravity: tuple[float, ...], gripper: Gripper) -> Vector:
     """Return ``gravity`` [m/s^2], or the gripper's own if it is empty."""
-    if not gravity:
-        return gripper.gravity
-    x, y, z = gravity
-    return (x, y, z)
+    x, y, z = gravity or gripper.gravity
+    return x, y, z

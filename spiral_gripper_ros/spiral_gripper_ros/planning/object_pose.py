@@ -10,9 +10,11 @@ import math
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import numpy as np
+
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.types import Vector
-from spiral_core.wrap.placement import ObjectPlacement
+from spiral_core.wrap.placement import ObjectPlacement, distances_from_axis
 from spiral_gripper_ros.control.radius_gate import age_problem
 
 # x y z w.
@@ -121,10 +123,8 @@ def misplacement(seen: SeenObject, expected: ObjectPlacement) -> tuple[float, fl
         >>> misplacement(SeenObject((0.1, 0.003, 0.5), (0.0, 0.0, -1.0), 0.0), expected)
         (0.003, 0.0)
     """
-    between = tuple(a - b for a, b in zip(expected.center, seen.center, strict=True))
-    across = _cross(seen.axis, expected.axis)
-    along = math.fsum(a * b for a, b in zip(seen.axis, expected.axis, strict=True))
-    offset = math.hypot(*_cross(seen.axis, between))
+    (offset,) = distances_from_axis(np.array([expected.center]), seen.center, seen.axis).tolist()
+    across, along = np.cross(seen.axis, expected.axis), np.dot(seen.axis, expected.axis)
     return offset, math.atan2(math.hypot(*across), abs(along))
 
 
@@ -139,11 +139,6 @@ def rotated(turn: Quaternion, vector: Vector) -> Vector:
         >>> rotated((0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5)), (1.0, 0.0, 0.0))[1]
         1.0000000000000002
     """
-    once = _cross(turn, vector)
-    twice = _cross(turn, once)
-    x, y, z = (v + 2.0 * (turn[3] * a + b) for v, a, b in zip(vector, once, twice, strict=True))
+    once = np.cross(turn[:3], vector)
+    x, y, z = (vector + 2.0 * (turn[3] * once + np.cross(turn[:3], once))).tolist()
     return x, y, z
-
-
-def _cross(a: tuple[float, ...], b: tuple[float, ...]) -> Vector:
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])

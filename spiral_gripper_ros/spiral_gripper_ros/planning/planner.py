@@ -5,12 +5,10 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
-from typing import NoReturn
+from dataclasses import replace
 
 from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.curve import GripCurve
-from spiral_core.grip.table import GripTable
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
@@ -21,27 +19,6 @@ from spiral_gripper_ros.control.plan import WrapPlan
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
 
 
-class StillLoadingError(SpiralError):
-    """The gripper's range is being solved."""
-
-
-class PlannerFailedError(SpiralError):
-    """A planner could not be made because of an error in the program."""
-
-
-@dataclass(frozen=True, slots=True)
-class GripShape:
-    """The shape of the gripper at a pressure.
-
-    Args:
-        state: the certified shape.
-        regime: how it holds the object in use; None without an object that can be gripped.
-    """
-
-    state: RodState
-    regime: WrapRegime | None
-
-
 class GripperPlanner:
     """The grippable range and the wraps within it, for one gripper and gravity.
 
@@ -50,6 +27,7 @@ class GripperPlanner:
 
     Args:
         gripper: as it is mounted, with its gravity.
+        error: why nothing can be planned; asked for a plan or a shape it raises that.
 
     Attributes:
         grips: what is known of grips by contact, or None: nothing.
@@ -58,12 +36,20 @@ class GripperPlanner:
         SpiralError: the gripper coils nowhere, or a shape could not be certified.
     """
 
-    def __init__(self, gripper: Gripper) -> None:
-        self.gripper = gripper
-        self.curve = self._fitted = WrapCurve(gripper)
-        if gripper.object_axis is not None:
-            self._fitted = WrapCurve(replace(gripper, object_axis=None))
+    def __init__(self, gripper: Gripper, error: SpiralError | None = None) -> None:
+        self.gripper, self.error = gripper, error
         self.grips: GripFollower | None = None
+        if error is None:
+            self._curve = self._fitted = WrapCurve(gripper)
+            if gripper.object_axis is not None:
+                self._fitted = WrapCurve(replace(gripper, object_axis=None))
+
+    @property
+    def curve(self) -> WrapCurve:
+        """The wraps of all radii."""
+        if self.error is not None:
+            raise self.error
+        return self._curve
 
     @property
     def gravity(self) -> Vector:
@@ -72,8 +58,10 @@ class GripperPlanner:
 
     @property
     def radius_range(self) -> tuple[float, float]:
-        """Smallest and largest radius that can be gripped [m]."""
-        return self.curve.radius_min, self.curve.radius_max
+        """Smallest and largest radius that can be gripped [m]; all, if none can be planned for."""
+        if self.error is not None:
+            return 0.0, math.inf
+        return self._curve.radius_min, self._curve.radius_max
 
     def plan(self, radius: float, *, by_tip: bool = False) -> WrapPlan:
         """Return the perfect wrap of a radius [m]; raise the core's error if there is none.
@@ -87,7 +75,7 @@ class GripperPlanner:
         """
         start = time.perf_counter()
         wrap = laid = self.curve.wrap_for_radius(radius)
-        if self._fitted is not self.curve:
+        if self._fitted is not self._curve:
             laid = self._fitted.wrap_for_radius(radius)
         window: tuple[float, ...] | None = None
         if self.grips is not None:
@@ -97,7 +85,11 @@ class GripperPlanner:
                 raise found
             is_solved = by_tip or isinstance(found, GripCurve)
             if table is not None and not is_solved and table.is_not_held(radius):
-                raise _not_held(radius, table)
+                reason = "the table of grips has no pressure that wraps it"
+                nearest = table.nearest_held(radius)
+                if nearest is not None:
+                    reason = Message("{}; it holds {}", reason, Quantity(nearest, "m"))
+                raise NotGrippableError(radius, reason, 0.0, None)
             window = None if table is None else table.window(radius, laid.pressure)
             if window is None and isinstance(found, GripCurve):
                 scale = laid.pressure / found.tip_pressure  # of a radius that differs a little
@@ -110,99 +102,55 @@ class GripperPlanner:
 
         By contact where that grip is known, else what the free coil says.
         """
-        wrap = plan.wrap
         if self.grips is not None:
-            in_use = InUse(wrap.object_radius)
-            grip = self.grips.answer(in_use, self.gravity, plan.laid.pressure, pressure)
+            grip = self.grips.answer(plan, None, pressure)
             if grip is not None:
                 return grip.normal_force
-        return max(plan.line_force(pressure), 0.0) * wrap.contact_length
+        return max(plan.line_force(pressure), 0.0) * plan.wrap.contact_length
 
     def wrapped_diameter(self, pressure: float, opening: float) -> float:
         """Return the diameter of what a pressure [Pa] wraps [m], or an opening if it wraps none."""
-        curve = self.curve
-        if not pressure >= curve.pressure_min:
-            return opening
-        if pressure >= curve.pressure_max:
-            return 2.0 * curve.radius_min
         try:
+            curve = self.curve
+            if not pressure >= curve.pressure_min:
+                return opening
+            if pressure >= curve.pressure_max:
+                return 2.0 * curve.radius_min
             return 2.0 * curve.radius_from_pressure(pressure)
         except SpiralError:  # no certified shape there: what it wraps is not known
             return opening
 
-    def shape(self, pressure: float, radius: float | None) -> GripShape:
-        """Return the shape at any pressure [Pa] and how it holds an object of ``radius`` [m]."""
+    def shape(self, pressure: float, radius: float | None) -> tuple[RodState, WrapRegime | None]:
+        """Return the certified shape at a pressure [Pa], and how it holds a radius [m].
+
+        That is None without an object that can be gripped.
+        """
         state = self.curve.state_at_pressure(pressure)
         smallest, largest = self.radius_range
         if radius is None or not smallest <= radius <= largest:
-            return GripShape(state, None)
-        return GripShape(state, self.curve.regime(pressure, radius, state))
+            return state, None
+        return state, self.curve.regime(pressure, radius, state)
 
 
-def _not_held(radius: float, table: GripTable) -> NotGrippableError:
-    """Return that a table of grips does not hold a radius [m]."""
-    reason = "the table of grips has no pressure that wraps it"
-    nearest = table.nearest_held(radius)
-    if nearest is not None:
-        reason = Message("{}; it holds {}", reason, Quantity(nearest, "m"))
-    return NotGrippableError(radius, reason, 0.0, None)
-
-
-class NoPlanner:
-    """The planner of a gravity at which no plan is possible: asked for one it raises the reason.
-
-    Args:
-        gravity: that gravity [m/s^2].
-        error: why.
-    """
-
-    def __init__(self, gravity: Vector, error: SpiralError) -> None:
-        self.gravity = gravity
-        self.error = error
-
-    @property
-    def radius_range(self) -> tuple[float, float]:
-        """All radii, so that :meth:`plan` raises the reason."""
-        return 0.0, float("inf")
-
-    def plan(self, radius: float) -> NoReturn:
-        """Raise why nothing can be planned."""
-        raise self.error
-
-    def shape(self, pressure: float, radius: float | None) -> NoReturn:
-        """Raise why nothing can be solved."""
-        raise self.error
-
-    def contact_force(self, plan: WrapPlan, pressure: float) -> float:
-        """Return that no force is known [N]."""
-        del plan, pressure
-        return 0.0
-
-    def wrapped_diameter(self, pressure: float, opening: float) -> float:
-        """Return the opening [m]."""
-        del pressure
-        return opening
-
-
-AnyPlanner = GripperPlanner | NoPlanner
-
-
-def planner_for(gripper: Gripper, gravity: Vector, grips: GripFollower | None = None) -> AnyPlanner:
-    """Return the planner of a gripper at a gravity; if none is possible, a NoPlanner.
+def planner_for(
+    gripper: Gripper, gravity: Vector, grips: GripFollower | None = None
+) -> GripperPlanner:
+    """Return the planner of a gripper at a gravity; if no plan is possible, one that raises why.
 
     Args:
         gripper: as described.
         gravity: [m/s^2].
         grips: what is known of grips by contact, if anything is.
     """
+    mounted = gripper.with_mount(gravity, gripper.object_axis)
     try:
-        planner = GripperPlanner(gripper.with_mount(gravity, gripper.object_axis))
+        planner = GripperPlanner(mounted)
         # Nothing is to be compiled or imported in a callback.
         planner.shape(0.0, None)
         radius = 0.5 * math.fsum(planner.radius_range)
         planner.shape(planner.plan(radius).pressure, radius)
     except SpiralError as error:
-        return NoPlanner(gravity, error)
+        return GripperPlanner(mounted, error)
     planner.grips = grips
     return planner
 

@@ -92,8 +92,9 @@ class Worker:
             SpiralError: there is none, nobody waits, or the process has ended.
         """
         with self._asking:
+            unwanted = EndedError(f"no {self._what}: nobody waits for it any more")
             if not is_wanted():
-                raise self._unwanted()
+                raise unwanted
             try:
                 job = self.submit(function, *arguments)
                 while not wait([job], LOOK).done:
@@ -101,7 +102,7 @@ class Worker:
                         with self._lock:
                             self._stop()
                         self.submit(os.getpid)  # it loads while nothing is asked
-                        raise self._unwanted()
+                        raise unwanted
                 return job.result()
             except (BrokenProcessPool, CancelledError):
                 raise self._ended() from None
@@ -120,9 +121,6 @@ class Worker:
             _ending.add(ending)
             ending.start()
             self._pool = None
-
-    def _unwanted(self) -> EndedError:
-        return EndedError(f"no {self._what}: nobody waits for it any more")
 
     def _ended(self) -> EndedError:
         return EndedError(f"no {self._what}: {self._why or 'its process was killed'}")
@@ -149,15 +147,14 @@ class SharedGrips:
     """
 
     _lock: ClassVar[threading.Lock] = threading.Lock()
-    _worker: ClassVar[Worker] = Worker("grip")
-    _users: ClassVar[int] = 0
+    _worker: ClassVar[Worker]
+    _users: ClassVar[set[SharedGrips]] = set()
 
     def __init__(self) -> None:
-        self._has_ended = False
         with self._lock:
-            if SharedGrips._users == 0:
+            if not self._users:
                 SharedGrips._worker = Worker("grip")
-            SharedGrips._users += 1
+            self._users.add(self)
 
     def answer(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
         """Return a grip; blocks until the questions before it are answered.
@@ -165,7 +162,7 @@ class SharedGrips:
         Raises:
             SpiralError: see :meth:`Worker.answer`.
         """
-        if self._has_ended:
+        if self not in self._users:
             raise EndedError("no grip: the node has ended")
         figures: GripCurve = self._worker.answer(solve_grip, question, is_wanted=is_wanted)
         return figures
@@ -173,11 +170,9 @@ class SharedGrips:
     def end(self) -> None:
         """Release this node's share; the process ends with the last one."""
         with self._lock:
-            if not self._has_ended:
-                self._has_ended = True
-                SharedGrips._users -= 1
-                if SharedGrips._users == 0:
-                    self._worker.end()
+            self._users.discard(self)
+            if not self._users:
+                self._worker.end()
 
 
 def _begin(link: Connection) -> None:

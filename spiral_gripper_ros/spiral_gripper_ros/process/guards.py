@@ -97,24 +97,22 @@ def _answer(
     request: Any,  # noqa: ANN401
     response: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
+    is_list = hasattr(response, "results")
+    sets = is_list or isinstance(getattr(response, "result", None), SetParametersResult)
     try:
-        if hasattr(response, "results") or hasattr(response, "result"):
-            for parameter in getattr(request, "parameters", ()):  # all are read before one is set
-                Parameter.from_parameter_msg(parameter)
+        for parameter in request.parameters if sets else ():  # all are read before one is set
+            Parameter.from_parameter_msg(parameter)
         return serve(request, response)
     except Exception as error:
         errors.note_refused(name, error)
-        return _refused(request, type(response)(), f"{name} refused: {error}")
-
-
-def _refused(request: Any, response: Any, reason: str) -> Any:  # noqa: ANN401
-    """Return the answer that nothing was done; a transition's has no place for the reason."""
-    refusal = SetParametersResult(successful=False, reason=reason)
-    if hasattr(response, "results"):
-        response.results = [refusal for _ in request.parameters]
-    elif isinstance(getattr(response, "result", None), SetParametersResult):
-        response.result = refusal
-    return response
+        response = type(response)()  # a transition's has no place for the reason
+        if sets:
+            refusal = SetParametersResult(successful=False, reason=f"{name} refused: {error}")
+            if is_list:
+                response.results = [refusal for _ in request.parameters]
+            else:
+                response.result = refusal
+        return response
 
 
 class GuardedLoop:
@@ -126,7 +124,7 @@ class GuardedLoop:
     """
 
     def __init__(self, errors: ErrorLog, executor: Executor) -> None:
-        self._errors, self._executor = errors, executor
+        self._errors, self.executor = errors, executor
         self._failures = 0  # in a row
 
     def turn(self) -> None:
@@ -136,7 +134,7 @@ class GuardedLoop:
             Exception: whatever has escaped ``LONGEST_FAILURE`` times in a row.
         """
         try:
-            self._executor.spin_once(timeout_sec=LONGEST_SLEEP)
+            self.executor.spin_once(timeout_sec=LONGEST_SLEEP)
         except ExternalShutdownException:
             raise
         except Exception as error:

@@ -7,8 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import IO
 
 NODE = "spiral_gripper_ros.node.main"
@@ -18,7 +17,7 @@ SIMULATOR = "spiral_gripper_ros.simulation.main"
 STOP_TIMEOUT = 5.0
 
 
-class NodeProcess:
+class NodeProcess(subprocess.Popen[bytes]):
     """A running node process; as a context manager it is stopped at the end.
 
     Args:
@@ -39,76 +38,30 @@ class NodeProcess:
         module: str = NODE,
         arguments: Sequence[str] = (),
     ) -> None:
-        given = ["--ros-args", "-r", f"__ns:={namespace}", *arguments]
+        # With this interpreter, however it was installed.
+        given = [sys.executable, "-m", module, "--ros-args", "-r", f"__ns:={namespace}", *arguments]
         for name, value in (parameters or {}).items():
             given += ["-p", f"{name}:={value}"]
-        self._process = subprocess.Popen(
-            [*_command(module), *given],
+        super().__init__(
+            given,
             env={**os.environ, **(environment or {})},
             stdout=output,
-            stderr=subprocess.STDOUT if output is not None else None,
+            stderr=None if output is None else subprocess.STDOUT,
         )
 
     @property
     def running(self) -> bool:
         """Whether the process still runs."""
-        return self._process.poll() is None
-
-    @property
-    def process_id(self) -> int:
-        """The id of the process."""
-        return self._process.pid
-
-    @property
-    def exit_code(self) -> int | None:
-        """The exit code, or None while it runs."""
-        return self._process.poll()
-
-    def wait(self, timeout: float) -> bool:
-        """Return whether it ends by itself within a time [s]."""
-        try:
-            self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            return False
-        return True
+        return self.poll() is None
 
     def stop(self, number: int = signal.SIGINT) -> int:
         """Send a signal, wait, and return the exit code; kill as a last resort."""
-        if self.running:
-            self._process.send_signal(number)
+        self.send_signal(number)
         try:
-            return self._process.wait(STOP_TIMEOUT)
+            return self.wait(STOP_TIMEOUT)
         except subprocess.TimeoutExpired:
-            self._process.kill()
-            return self._process.wait()
-
-    def __enter__(self) -> NodeProcess:
-        return self
+            self.kill()
+            return self.wait()
 
     def __exit__(self, *_: object) -> None:
         self.stop()
-
-
-@contextmanager
-def simulated(
-    namespace: str, gripper: str, settings: Mapping[str, object], log: IO[str]
-) -> Iterator[dict[str, NodeProcess]]:
-    """Yield the processes ``simulator`` and ``node`` of a gripper; they end with the block.
-
-    Args:
-        namespace: of both.
-        gripper: a shipped gripper's name, or a description file's path.
-        settings: parameters of the simulator.
-        log: where their logs go.
-    """
-    known = {"gripper": gripper}
-    with (
-        NodeProcess(namespace, {**known, **settings}, output=log, module=SIMULATOR) as simulator,
-        NodeProcess(namespace, known, output=log) as node,
-    ):
-        yield {"simulator": simulator, "node": node}
-
-
-def _command(module: str) -> Sequence[str]:
-    """Return the command that starts a node with this interpreter, however it was installed."""
-    return (sys.executable, "-m", module)

@@ -17,6 +17,7 @@ from spiral_gripper_ros.process.stop_signals import StopSignals
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.parameters.spec import ParameterSpec
+    from spiral_gripper_ros.process.guards import GuardedLoop
 
 MadeT = TypeVar("MadeT")
 
@@ -39,11 +40,11 @@ class Program(Protocol[MadeT]):
         ...
 
     def make(self) -> MadeT:
-        """Make what runs, after ROS has started: a node, or what has several in ``nodes``."""
+        """Make the node, after ROS has started: with ``errors``, and others in ``nodes`` if any."""
         ...
 
-    def spin(self, made: MadeT, signals: StopSignals, /) -> int:
-        """Run until a stop is requested; return the exit code."""
+    def spin(self, made: MadeT, loop: GuardedLoop, signals: StopSignals, /) -> int:
+        """Turn the loop until a stop is requested; return the exit code."""
         ...
 
 
@@ -101,12 +102,14 @@ def _run(program: Program[MadeT], signals: StopSignals, given: list[str]) -> int
     """
     import rclpy
     from rclpy.exceptions import ParameterException
+    from rclpy.executors import SingleThreadedExecutor
     from rclpy.impl.implementation_singleton import rclpy_implementation as rcl
     from rclpy.logging import get_logger
     from rclpy.signals import SignalHandlerOptions
     from rclpy.utilities import remove_ros_args
 
     from spiral_core.errors import SpiralError
+    from spiral_gripper_ros.process.guards import GuardedLoop
 
     # What ROS raises when it cannot start, or cannot make a node: for lack of keys, say.
     ros_errors = (rcl.RCLError, rcl.RCLInvalidROSArgsError, rcl.UnknownROSArgsError)
@@ -133,12 +136,18 @@ def _run(program: Program[MadeT], signals: StopSignals, given: list[str]) -> int
             get_logger(program.executable).fatal(f"cannot start: {error}")
             return 1
         nodes: Sequence[Any] = getattr(made, "nodes", (made,))
-        if _parameters_are_known(given, nodes, program):
+        executor = SingleThreadedExecutor()
+        try:
+            if not _parameters_are_known(given, nodes, program):
+                return 1
             gc.enable()
-            return program.spin(made, signals)
-        for node in nodes:
-            node.destroy_node()
-        return 1
+            for node in nodes:
+                executor.add_node(node)
+            return program.spin(made, GuardedLoop(nodes[0].errors, executor), signals)
+        finally:
+            executor.shutdown()
+            for node in nodes:
+                node.destroy_node()
     finally:
         rclpy.try_shutdown()
 

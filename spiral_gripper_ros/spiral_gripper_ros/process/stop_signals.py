@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 from types import FrameType
 
 # Ctrl-C, a manager's stop, a terminal or ssh session that is closed, Ctrl-\\.
@@ -28,7 +29,7 @@ class Parent:
     def __init__(self) -> None:
         self._id = os.getppid()
         started_by = os.environ.get(STARTED_BY, "")
-        self._came_too_late = started_by.isdecimal() and not _is_running(int(started_by))
+        self._came_too_late = started_by.isdecimal() and not Path("/proc", started_by).exists()
 
     @property
     def has_gone(self) -> bool:
@@ -67,13 +68,3 @@ class StopSignals:
         self.requested = True
         if not self._deferred:
             raise KeyboardInterrupt
-
-
-def _is_running(process_id: int) -> bool:
-    try:
-        os.kill(process_id, 0)
-    except ProcessLookupError:
-        return False
-    except (PermissionError, OverflowError):
-        pass  # of another user; no process of this machine
-    return True

@@ -9,6 +9,7 @@ from enum import Enum
 from spiral_gripper_ros.control.pressure_monitor import impossible_pressure
 from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import LinkError, PressureDevice
+from spiral_gripper_ros.regulators.parameters import RegulatorParameters
 from spiral_gripper_ros.regulators.pressure_scale import PressureScale
 
 # How often a vent is sent at the end, if it fails.
@@ -27,30 +28,21 @@ class RegulatorAdapter:
     """Passes commands on to a device, and its measurements back.
 
     Args:
-        watch: which command is passed on.
+        values: how the regulator states pressures, and how long it may be silent.
         device: the regulator.
-        command_scale: how it states a set-point.
-        measured_scale: how it states what it measures.
-        link_timeout: time without an answer after which the link counts as lost [s].
 
     Attributes:
+        watch: which command is passed on.
         link: whether the device answers.
         problem: problem of the link or the device; empty: none.
         link_errors, invalid_readings: counters.
     """
 
-    def __init__(
-        self,
-        watch: CommandWatch,
-        device: PressureDevice,
-        command_scale: PressureScale,
-        measured_scale: PressureScale,
-        link_timeout: float,
-    ) -> None:
-        self.watch = watch
-        self._device = device
-        self._command_scale, self._measured_scale = command_scale, measured_scale
-        self._link_timeout = link_timeout
+    def __init__(self, values: RegulatorParameters, device: PressureDevice) -> None:
+        self._device, self._timeout = device, values.watchdog_timeout
+        self.watch = CommandWatch(values.pressure_limit, self._timeout)
+        self._command_scale = PressureScale(values, "command")
+        self._measured_scale = PressureScale(values, "measured")
         self._answered: float | None = None
         self.link = Link.WAITING
         self.problem = ""
@@ -67,14 +59,19 @@ class RegulatorAdapter:
         try:
             reading = self._device.exchange(self._command_scale.to_device(self.watch.demand(now)))
         except LinkError as error:
-            self._note_error(now, error)
+            self.link_errors += 1
+            is_lost = self._answered is not None and now - self._answered >= self._timeout
+            if is_lost:
+                self.link = Link.LOST
+            if is_lost or self._answered is None:
+                self.problem = str(error)
             return None
         self._answered, self.link, self.problem = now, Link.UP, reading.problem
         if reading.number is None:
             return None
         pressure = self._measured_scale.to_gauge(reading.number)
         refusal = impossible_pressure(pressure)
-        if refusal is not None:
+        if refusal:
             self.invalid_readings += 1
             self.problem = reading.problem or refusal.text
             return None
@@ -90,24 +87,12 @@ class RegulatorAdapter:
             for attempt in range(VENT_ATTEMPTS):
                 if attempt:
                     pause()
-                if self._sent_vent():
+                try:
+                    self._device.exchange(self._command_scale.to_device(0.0))
+                except LinkError as error:
+                    self.problem = str(error)
+                else:
                     return True
             return False
         finally:
             self._device.close()
-
-    def _sent_vent(self) -> bool:
-        try:
-            self._device.exchange(self._command_scale.to_device(0.0))
-        except LinkError as error:
-            self.link_errors += 1
-            self.problem = str(error)
-            return False
-        return True
-
-    def _note_error(self, now: float, error: LinkError) -> None:
-        self.link_errors += 1
-        if self._answered is None:
-            self.problem = str(error)
-        elif not now - self._answered < self._link_timeout:
-            self.link, self.problem = Link.LOST, str(error)

@@ -27,7 +27,13 @@ SEQUENCE_END = 65536
 LINE_LENGTH_MAX = 80
 # Set-points with more digits are too long for a line.
 NUMBERS = (-1.0e9, 1.0e9)
-STATES = ("ok", "watchdog", "refused", "fault")
+# What a device says of itself, and what is wrong then.
+STATES = {
+    "ok": "",
+    "watchdog": "the device has vented by its watchdog",
+    "refused": "the device refuses the set-point",
+    "fault": "the device reports a fault",
+}
 _NUMBER = r"[+-]?\d+(?:\.\d*)?"
 _MEASUREMENT = re.compile(rf"M (\d{{1,5}}) ({_NUMBER}|-) ({'|'.join(STATES)})")
 

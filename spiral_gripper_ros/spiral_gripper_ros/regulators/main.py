@@ -12,6 +12,7 @@ from spiral_gripper_ros.process.program import run
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.parameters.spec import ParameterSpec
+    from spiral_gripper_ros.process.guards import GuardedLoop
     from spiral_gripper_ros.process.stop_signals import StopSignals
     from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
 
@@ -49,15 +50,8 @@ class RegulatorProgram:
 
         return {"parameters": REGULATOR_PARAMETERS}
 
-    def spin(self, node: RegulatorNode, signals: StopSignals) -> int:
+    def spin(self, node: RegulatorNode, loop: GuardedLoop, signals: StopSignals) -> int:
         """Pass commands on until a stop is requested; 1 if the last vent was not answered."""
-        from rclpy.executors import SingleThreadedExecutor
-
-        from spiral_gripper_ros.process.guards import GuardedLoop
-
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        loop = GuardedLoop(node.errors, executor)
         try:
             signals.defer()
             while not signals.requested:
@@ -67,8 +61,6 @@ class RegulatorProgram:
             vented = node.adapter.vent(lambda: time.sleep(VENT_PAUSE))
             if not vented:
                 node.get_logger().error(f"the last vent was not answered: {node.adapter.problem}")
-            executor.shutdown()
-            node.destroy_node()
         return 0 if vented else 1
 
 

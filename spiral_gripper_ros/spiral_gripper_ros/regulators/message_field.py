@@ -6,7 +6,7 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from spiral_core.errors import InvalidInputError
 
@@ -15,13 +15,6 @@ _STEP = re.compile(r"([a-z]\w*)(?:\[(\d{1,3})\])?")
 # "double", "sequence<double>", "sequence<double, 8>", "double[8]", the same of messages.
 _ELEMENT = re.compile(r"(?:sequence<)?([\w/]+)")
 _FLOATS = ("float", "double")
-
-
-class Step(NamedTuple):
-    """A field of a message, and which of its elements if it is an array."""
-
-    name: str
-    element: int | None
 
 
 def message_type(parameter: str, name: str) -> Any:  # noqa: ANN401
@@ -60,7 +53,8 @@ class MessageField:
     def __init__(self, parameter: str, kind: Any, path: str, length: int = 0) -> None:  # noqa: ANN401
         self._kind, self._length = kind, length
         matches = [_STEP.fullmatch(part) for part in path.split(".")]
-        self._steps = [Step(m[1], None if m[2] is None else int(m[2])) for m in matches if m]
+        # Names of fields, and which of its elements if it is an array.
+        self._steps = [(m[1], None if m[2] is None else int(m[2])) for m in matches if m]
         try:
             if len(self._steps) != len(matches):
                 raise ValueError("names separated by dots, each with [index] if it is an array")
@@ -79,13 +73,19 @@ class MessageField:
         Raises:
             IndexError: the message's array is too short.
         """
-        for step in self._steps:
-            message = getattr(message, step.name)
-            if step.element is not None:
-                message = message[step.element]
+        for name, element in self._steps:
+            message = getattr(message, name)
+            if element is not None:
+                message = message[element]
         return float(message)
 
-    def _filled(self, message: Any, steps: Sequence[Step], number: float, others: float) -> Any:  # noqa: ANN401
+    def _filled(
+        self,
+        message: Any,  # noqa: ANN401
+        steps: Sequence[tuple[str, int | None]],
+        number: float,
+        others: float,
+    ) -> Any:  # noqa: ANN401
         (name, index), *rest = steps
         (kind,) = _ELEMENT.match(message.get_fields_and_field_types()[name]).groups()  # type: ignore[union-attr]
         if not rest and kind not in _FLOATS:

@@ -13,7 +13,6 @@ from spiral_gripper_ros.regulators.parameters import (
     FORMATS,
     NO_REGISTER,
     RegulatorParameters,
-    pressure_scale,
 )
 from spiral_gripper_ros.regulators.pressure_scale import require_representable
 
@@ -74,11 +73,10 @@ class ModbusDevice:
     """
 
     def __init__(self, values: RegulatorParameters) -> None:
-        scale, (_, span) = pressure_scale(values, "command"), FORMATS[values.command_format]
-        require_representable("command_format", scale, values.pressure_limit, span)
+        require_representable("command_format", values, FORMATS[values.command_format][1])
         self._values, self._timeout = values, values.device_timeout
-        self._name = f"{values.host}:{values.tcp_port}"
         self._address = (values.host, values.tcp_port)
+        self._name = f"{values.host}:{values.tcp_port}"
         self._low_word_first = values.word_order == "little"
         self._socket: socket.socket | None = None
         self._deadline = 0.0
@@ -128,7 +126,10 @@ class ModbusDevice:
 
     def _answer(self, function: int, register: int, content: bytes) -> bytes:
         """Send a request; return what follows the function in its answer."""
-        connection, own = self._connected(), self._values.unit_id
+        if self._socket is None:
+            self._socket = socket.create_connection(self._address, self._remaining())
+            self._address = self._socket.getpeername()[:2]
+        connection, own = self._socket, self._values.unit_id
         self._sequence = (self._sequence + 1) % SEQUENCE_END
         request = struct.pack(">BH", function, register) + content
         header = HEADER.pack(self._sequence, 0, 1 + len(request), own)
@@ -136,20 +137,13 @@ class ModbusDevice:
         connection.sendall(header + request)
         sequence, zero, length, unit = HEADER.unpack(self._received(connection, HEADER.size))
         is_answer = (sequence, zero, unit) == (self._sequence, 0, own)
-        if not (is_answer and 3 <= length <= LENGTH_MAX):
-            raise OSError(f"register {register}: not an answer to the request")
-        answered, *rest = self._received(connection, length - 1)
-        if answered == function | EXCEPTION:
-            raise LinkError(f"{self._name}: register {register}: exception {rest[0]}")
-        if answered != function:
-            raise OSError(f"register {register}: not an answer to the request")
-        return bytes(rest)
-
-    def _connected(self) -> socket.socket:
-        if self._socket is None:
-            self._socket = socket.create_connection(self._address, self._remaining())
-            self._address = self._socket.getpeername()[:2]
-        return self._socket
+        if is_answer and 3 <= length <= LENGTH_MAX:
+            answered, *rest = self._received(connection, length - 1)
+            if answered == function:
+                return bytes(rest)
+            if answered == function | EXCEPTION:
+                raise LinkError(f"{self._name}: register {register}: exception {rest[0]}")
+        raise OSError(f"register {register}: not an answer to the request")
 
     def _received(self, connection: socket.socket, size: int) -> bytes:
         """Return so many bytes, before the exchange's time is over."""

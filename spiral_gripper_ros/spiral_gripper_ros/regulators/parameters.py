@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The adapter's parameters, and the objects that they describe."""
+"""The adapter's parameters."""
 
 from __future__ import annotations
 
@@ -10,11 +10,22 @@ from typing import Any, Final
 
 from spiral_core.errors import InvalidInputError
 from spiral_gripper_ros.parameters.spec import Parameters, parameter
-from spiral_gripper_ros.regulators.pressure_scale import UNITS, PressureScale, Reference
 
 TOPIC, SERIAL, MODBUS = "topic", "serial", "modbus"
 NONE = "none"
 NO_REGISTER = -1
+# Pascals in each unit that regulators use.
+UNITS = {
+    "Pa": 1.0,
+    "hPa": 1.0e2,
+    "mbar": 1.0e2,
+    "kPa": 1.0e3,
+    "bar": 1.0e5,
+    "MPa": 1.0e6,
+    "psi": 6894.757293168361,
+}
+# What a pressure is counted from: the air around, or vacuum, as sensor_msgs/FluidPressure has it.
+GAUGE, ABSOLUTE = REFERENCES = ("gauge", "absolute")
 # Formats of a number in registers: its bytes, and the range.
 FORMATS: dict[str, tuple[Struct, tuple[float, float]]] = {
     "int16": (Struct(">h"), (-(2.0**15), 2.0**15 - 1.0)),
@@ -33,8 +44,7 @@ def _unit(what: str) -> Any:  # noqa: ANN401
 
 
 def _reference(what: str) -> Any:  # noqa: ANN401
-    references = tuple(reference.value for reference in Reference)
-    return _fixed("gauge", f"Reference of {what}: gauge or absolute.", choices=references)
+    return _fixed(GAUGE, f"Reference of {what}: gauge or absolute.", choices=REFERENCES)
 
 
 def _scale(what: str) -> Any:  # noqa: ANN401
@@ -115,21 +125,6 @@ class RegulatorParameters(Parameters):
 
 
 REGULATOR_PARAMETERS: Final = RegulatorParameters.specs()
-
-
-def pressure_scale(values: RegulatorParameters, side: str) -> PressureScale:
-    """Return how the device states a pressure.
-
-    Args:
-        values: checked values.
-        side: "command" or "measured".
-    """
-    parts = ("unit", "reference", "scale", "offset")
-    given = {part: getattr(values, f"{side}_{part}") for part in parts}
-    if given["scale"] == 0.0:
-        raise InvalidInputError(f"{side}_scale", 0.0, "a number that is not 0")
-    given["reference"] = Reference(given["reference"])
-    return PressureScale(ambient_pressure=values.ambient_pressure, **given)
 
 
 def require_timely(values: RegulatorParameters) -> None:

@@ -16,14 +16,12 @@ from spiral_gripper_ros.messages.qos import MEASUREMENTS, UNLATCHED
 from spiral_gripper_ros.parameters.declared import DeclaredParameters
 from spiral_gripper_ros.process.guards import ErrorLog, guard_services
 from spiral_gripper_ros.regulators.adapter import Link, RegulatorAdapter
-from spiral_gripper_ros.regulators.command_watch import CommandWatch
 from spiral_gripper_ros.regulators.device import PressureDevice
 from spiral_gripper_ros.regulators.modbus_device import ModbusDevice
 from spiral_gripper_ros.regulators.parameters import (
     MODBUS,
     SERIAL,
     RegulatorParameters,
-    pressure_scale,
     require_timely,
 )
 from spiral_gripper_ros.regulators.serial_device import SerialDevice
@@ -52,14 +50,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         declared = DeclaredParameters(self, lambda names: None, RegulatorParameters)
         self.values = declared.values()
         require_timely(self.values)
-        timeout = self.values.watchdog_timeout
-        self.adapter = RegulatorAdapter(
-            CommandWatch(self.values.pressure_limit, timeout),
-            self._device(),
-            pressure_scale(self.values, "command"),
-            pressure_scale(self.values, "measured"),
-            timeout,
-        )
+        self.adapter = RegulatorAdapter(self.values, self._device())
         self._told, self._told_at = (b"", ""), 0.0
         self._measured = self.create_publisher(Float64, "measured_pressure", MEASUREMENTS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)

@@ -12,22 +12,17 @@ from spiral_gripper_ros.regulators.line_protocol import (
     LINE_LENGTH_MAX,
     NUMBERS,
     SEQUENCE_END,
+    STATES,
     LineBuffer,
     Measurement,
     measurement_from_line,
     set_point_line,
 )
-from spiral_gripper_ros.regulators.parameters import RegulatorParameters, pressure_scale
+from spiral_gripper_ros.regulators.parameters import RegulatorParameters
 from spiral_gripper_ros.regulators.pressure_scale import require_representable
 
 # A port that could not be opened is tried again after this time [s].
 RECONNECT_PERIOD = 0.5
-_PROBLEMS = {
-    "ok": "",
-    "watchdog": "the device has vented by its watchdog",
-    "refused": "the device refuses the set-point",
-    "fault": "the device reports a fault",
-}
 
 
 class SerialDevice:
@@ -41,8 +36,7 @@ class SerialDevice:
     """
 
     def __init__(self, values: RegulatorParameters) -> None:
-        scale = pressure_scale(values, "command")
-        require_representable("command_scale", scale, values.pressure_limit, NUMBERS)
+        require_representable("command_scale", values, NUMBERS)
         try:
             import serial
         except ModuleNotFoundError:
@@ -55,8 +49,7 @@ class SerialDevice:
         self._watchdog_ms = max(1, round(1.0e3 * values.watchdog_timeout))
         self._port: Any = None
         self._tried, self._problem = -RECONNECT_PERIOD, ""
-        self._sequence = 0
-        self._buffer = LineBuffer()
+        self._sequence, self._buffer = 0, LineBuffer()
 
     def exchange(self, number: float) -> Reading:
         """Send a set-point and wait for its answer."""
@@ -71,7 +64,7 @@ class SerialDevice:
             raise LinkError(self._problem) from error
         if answer is None:
             raise LinkError(f"{self._address}: no answer within {self._timeout:g} s")
-        return Reading(answer.number, _PROBLEMS[answer.state])
+        return Reading(answer.number, STATES[answer.state])
 
     def close(self) -> None:
         """Close the port."""

@@ -16,7 +16,8 @@ from spiral_gripper_ros.messages.conversions import stamp_age
 from spiral_gripper_ros.messages.qos import UNLATCHED
 from spiral_gripper_ros.regulators.device import LinkError, Reading
 from spiral_gripper_ros.regulators.message_field import MessageField, message_type
-from spiral_gripper_ros.regulators.parameters import NONE, RegulatorParameters, pressure_scale
+from spiral_gripper_ros.regulators.parameters import NONE, RegulatorParameters
+from spiral_gripper_ros.regulators.pressure_scale import PressureScale
 
 # How long a set-point may take to be acknowledged before the topic is closed [s].
 ACKNOWLEDGE_TIMEOUT = 0.5
@@ -36,7 +37,7 @@ class TopicDevice:
     def __init__(self, node: Node, values: RegulatorParameters) -> None:
         self._node, self._oldest = node, values.watchdog_timeout
         # Other elements of an array hold it.
-        self._vented = pressure_scale(values, "command").to_device(0.0)
+        self._vented = PressureScale(values, "command").to_device(0.0)
         kind = message_type("command_type", values.command_type)
         self._command = MessageField(
             "command_field", kind, values.command_field, values.command_length
@@ -79,13 +80,8 @@ class TopicDevice:
         except (LookupError, TypeError, ValueError) as error:
             self._reading = Reading(problem=f"measured_field: {error}")
             return
-        problem = self._age_problem(message)
+        stamp, problem = getattr(getattr(message, "header", None), "stamp", Time()), ""
+        if stamp != Time():  # else it has none
+            age = stamp_age(stamp, self._node.get_clock())
+            problem = age_problem("the measured pressure", age, "watchdog_timeout", self._oldest)
         self._reading = Reading(problem=problem) if problem else Reading(number)
-
-    def _age_problem(self, message: Any) -> str:  # noqa: ANN401
-        """Return why a measurement is too old by its stamp; empty if it is not, or has none."""
-        stamp = getattr(getattr(message, "header", None), "stamp", Time())
-        if stamp == Time():
-            return ""
-        age = stamp_age(stamp, self._node.get_clock())
-        return age_problem("the measured pressure", age, "watchdog_timeout", self._oldest)

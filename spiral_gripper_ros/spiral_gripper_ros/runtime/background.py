@@ -24,7 +24,7 @@ class BusyError(SpiralError):
     """So many questions wait that one more is not taken."""
 
 
-class QuestionPool:
+class QuestionPool(ThreadPoolExecutor):
     """A thread that answers one question after the other; what is too much is refused.
 
     Args:
@@ -32,9 +32,8 @@ class QuestionPool:
     """
 
     def __init__(self, name: str) -> None:
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix=name)
+        super().__init__(1, thread_name_prefix=name)
         self._jobs: list[Future[Any]] = []
-        self.shutdown = self._pool.shutdown
 
     def ask(
         self, executor: rclpy.executors.Executor, question: Callable[[], Any]
@@ -51,27 +50,40 @@ class QuestionPool:
         self._jobs = [job for job in self._jobs if not job.done()]
         if len(self._jobs) >= MOST_WAITING:
             raise BusyError(f"busy: {len(self._jobs)} such questions wait already; ask again later")
-        self._jobs.append(self._pool.submit(question))
-        return _awaitable(executor, self._jobs[-1])
+        answer = rclpy.task.Future(executor=executor)
+
+        def hand_over(done: Future[Any]) -> None:
+            if done.cancelled():  # the node has ended: nobody waits
+                return
+            error = done.exception()
+            if error is None:
+                answer.set_result(done.result())
+            else:
+                answer.set_exception(error)
+            executor.wake()
+
+        self._jobs.append(self.submit(question))
+        self._jobs[-1].add_done_callback(hand_over)
+        return answer
 
 
 class Background:
     """Background threads; a long question delays neither commands nor other kinds of questions.
 
     Attributes:
-        gravity, plans, exact, batches, approaches, grips: the threads of each kind of question.
-        solve_grip: returns a grip, in seconds; called in the thread of ``grips``.
+        gravity, plans, exact, batches, approaches, designs, grips: the threads of each kind of
+            question.
+        solve_grip: returns a grip, in seconds; called in the background.
         has_ended: whether the node has ended; long computations then stop.
     """
 
     def __init__(self) -> None:
-        self.gravity = ThreadPoolExecutor(1, thread_name_prefix="gravity")
+        self.gravity, self.grips = QuestionPool("gravity"), QuestionPool("grips")
         self.plans, self.exact = QuestionPool("plans"), QuestionPool("exact")
         self.batches, self.approaches = QuestionPool("batches"), QuestionPool("approaches")
-        self.grips = ThreadPoolExecutor(1, thread_name_prefix="grips")
+        self.designs = QuestionPool("designs")
         self._grips_shared = SharedGrips()
         self.solve_grip = self._grips_shared.answer
-        self._designs = ThreadPoolExecutor(1, thread_name_prefix="designs")
         self._design: Worker | None = None
         self.has_ended = False
 
@@ -90,9 +102,10 @@ class Background:
             SpiralError: the question cannot be answered, or the design was ended.
         """
         worker = self._design = Worker("design")
-        job = self._designs.submit(lambda: worker.answer(design, requirement()))
         try:
-            report: DesignReport = await _awaitable(executor, job)
+            report: DesignReport = await self.designs.ask(
+                executor, lambda: worker.answer(design, requirement())
+            )
         finally:
             self._design = None
             worker.end("it is done")
@@ -108,26 +121,8 @@ class Background:
     def end(self) -> None:
         """Drop the waiting questions, and end the running design and batch."""
         self.has_ended = True
-        threads = (self.gravity, self.grips, self._designs)
-        for pool in (*threads, self.plans, self.exact, self.batches, self.approaches):
-            pool.shutdown(wait=False, cancel_futures=True)
+        for pool in vars(self).values():
+            if isinstance(pool, QuestionPool):
+                pool.shutdown(wait=False, cancel_futures=True)
         self._grips_shared.end()
         self.cancel_design("the node has ended")
-
-
-def _awaitable(executor: rclpy.executors.Executor, job: Future[Any]) -> rclpy.task.Future:
-    """Return a future of rclpy that takes over a job's outcome and wakes the executor."""
-    answer = rclpy.task.Future(executor=executor)
-
-    def hand_over(done: Future[Any]) -> None:
-        if done.cancelled():  # the node has ended: nobody waits
-            return
-        error = done.exception()
-        if error is None:
-            answer.set_result(done.result())
-        else:
-            answer.set_exception(error)
-        executor.wake()
-
-    job.add_done_callback(hand_over)
-    return answer

@@ -50,11 +50,9 @@ class EventLog:
     def __init__(self, logger: Any) -> None:  # noqa: ANN401
         self._logger = logger
         self._grip = _Channel((State.INACTIVE, Reason.NOT_ACTIVE, None))
-        self._fault = _Channel(Reason.NONE)
+        self._fault, self._gravity = _Channel(Reason.NONE), _Channel(Reason.NONE)
         self._wrapped = _Channel(False)
-        self._clock_stands_still = False
-        self._commanders = 1
-        self._gravity = _Channel(Reason.NONE)
+        self._clock_stands_still, self._commanders = False, 1
 
     def tell(self, now: float, snapshot: Snapshot) -> None:
         """Log what has changed since the last call, at a time [s] that never decreases."""
@@ -72,27 +70,24 @@ class EventLog:
             else:
                 logger.warning(line)
         if self._fault.is_due(now, fault.reason):
-            if fault.reason is Reason.NONE:
-                logger.info("measured_pressure is as commanded again")
-            else:
+            if fault:
                 logger.error(fault.text)
+            else:
+                logger.info("measured_pressure is as commanded again")
         if self._gravity.is_due(now, gravity.reason):
             logger.warning(gravity.text or "gravity is heard again")
         if self._wrapped.is_due(now, snapshot.wrapped):
-            pressure = _kilopascal(snapshot.pressure_command)
-            held = f"the object is wrapped at {pressure}"
+            held = f"the object is wrapped at {_kilopascal(snapshot.pressure_command)}"
             logger.info(held if snapshot.wrapped else "no object is wrapped any more")
 
     def tell_clock(self, stands_still: bool) -> None:
         """Log that the simulated clock has stopped, or runs again."""
-        if stands_still == self._clock_stands_still:
-            return
-        self._clock_stands_still = stands_still
-        if not stands_still:
-            self._logger.info("/clock runs again")
-        else:
-            stops = "/clock has stopped: the command stays constant (use_sim_time is set)"
+        stops = "/clock has stopped: the command stays constant (use_sim_time is set)"
+        if stands_still and not self._clock_stands_still:
             self._logger.warning(stops)
+        elif self._clock_stands_still and not stands_still:
+            self._logger.info("/clock runs again")
+        self._clock_stands_still = stands_still
 
     def tell_range(self, name: str, radius_range: tuple[float, float], cap: float) -> None:
         """Log which radii [m] a loaded gripper can grip, and the cap in force [Pa]."""

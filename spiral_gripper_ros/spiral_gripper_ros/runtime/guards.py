@@ -13,7 +13,6 @@ from collections.abc import Awaitable, Callable
 from typing import Any, TypeVar, cast
 
 from rclpy.lifecycle import TransitionCallbackReturn
-from rclpy.node import Node
 
 from spiral_core.errors import SpiralError
 from spiral_gripper_ros.control.states import Reason
@@ -61,7 +60,6 @@ def report(runtime: Runtime, where: str, error: Exception) -> str:
 
 
 async def answered(
-    node: Node,
     runtime: Runtime,
     answer: Callable[[LoadedGripper], Awaitable[Any]],
     refuse: Callable[[str, Reason], Any],
@@ -76,7 +74,6 @@ async def answered(
     except OverflowError:
         return refuse(TOO_LARGE, Reason.INVALID_REQUEST)
     except Exception as error:
-        node.get_logger().error(
-            f"exception in a service:\n{''.join(traceback.format_exception(error))}"
-        )
+        text = "".join(traceback.format_exception(error))
+        runtime.logger.error(f"exception in a service:\n{text}")
         return refuse(f"internal error: {error!r}", Reason.INTERNAL_ERROR)

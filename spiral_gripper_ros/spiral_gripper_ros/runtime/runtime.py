@@ -17,7 +17,7 @@ from std_msgs.msg import Float64, Header
 from visualization_msgs.msg import MarkerArray
 
 from spiral_core.errors import SpiralError
-from spiral_core.grip.curve import GripCurve, GripQuestion
+from spiral_core.grip.curve import GripAnswer, GripCurve, GripQuestion
 from spiral_gripper import GripperDescription, load_description
 from spiral_gripper.files.grips import grips_path, read_grips
 from spiral_gripper.files.regions import read_regions
@@ -28,17 +28,15 @@ from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.refusals import RECONFIGURED
 from spiral_gripper_ros.messages.conversions import (
     backbone_to_msg,
-    fill_object,
     status_to_msg,
     wrap_to_msg,
 )
 from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.parameters.table import GripperParameters
-from spiral_gripper_ros.planning.grip_follower import GripFollower
+from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
-from spiral_gripper_ros.planning.planner import GripShape, NoPlanner
 from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 from spiral_gripper_ros.runtime.background import Background
 from spiral_gripper_ros.runtime.control_clock import ControlClock
@@ -78,6 +76,7 @@ class Runtime:
         outputs: the publishers.
         background: threads for what takes longer than a callback may.
         objects: where the object has been seen.
+        logger: of the node.
         log: what operators read.
         errors: exceptions caught so far.
         is_active: whether the control loop runs.
@@ -97,8 +96,8 @@ class Runtime:
         self.outputs = Outputs(node, values.frame_id)
         self.background = Background()
         self.objects = ObjectWatch()
-        self._logger = node.get_logger()
-        self.log = EventLog(self._logger)
+        self.logger = node.get_logger()
+        self.log = EventLog(self.logger)
         self.is_active = self.has_commanded = False
         self._wrap_told: tuple[object, ...] | None = None
         self.not_configured = NOT_CONFIGURED
@@ -107,8 +106,8 @@ class Runtime:
 
     # --- the gripper ---------------------------------------------------------------------------
 
-    def load(self) -> None:
-        """Load the gripper that the parameters name and solve its whole range once.
+    def load(self) -> LoadedGripper:
+        """Load the gripper that the parameters name, solve its whole range once, and return it.
 
         Raises:
             SpiralError: the description cannot be used, or the gripper cannot coil.
@@ -119,13 +118,13 @@ class Runtime:
         loaded.load()
         self.loaded = loaded
         self.use_limits()
+        return loaded
 
     def load_another(self, description: GripperDescription | None) -> None:
         """Vent, and have another gripper planned for in the background; the loaded one is kept."""
         if self.loaded is None or description is None:
             return
-        is_usable = not isinstance(self.loaded.planner, NoPlanner)
-        if is_usable and description == self.loaded.description:
+        if self.loaded.planner.error is None and description == self.loaded.description:
             return
         self.control.release(RECONFIGURED)
         if self.is_active:
@@ -155,26 +154,26 @@ class Runtime:
 
     def take_planner(self) -> None:
         """Plan with what has become ready in the background: other gravity or another gripper."""
-        if self.loaded is None:
+        loaded = self.loaded
+        if loaded is None:
             return
-        was_loading = self.loaded.is_loading
-        planner = self.loaded.poll()
+        was_loading = loaded.is_loading
+        planner = loaded.poll()
         if planner is None:
             return
-        if was_loading and isinstance(planner, NoPlanner):
-            text = f"{self.loaded.gripper.name} cannot be used: {planner.error}"
-            self._logger.error(text)
+        if was_loading and planner.error is not None:
+            text = f"{loaded.gripper.name} cannot be used: {planner.error}"
+            self.logger.error(text)
             self.control.fail(text)
             return
         self.control.replan(planner)
         if was_loading:
-            self.tell_range()
+            self.tell_range(loaded)
 
-    def tell_range(self) -> None:
+    def tell_range(self, loaded: LoadedGripper) -> None:
         """Log which radii the gripper grips."""
-        if self.loaded is not None:
-            radii, cap = self.loaded.planner.radius_range, self.limits.pressure_cap
-            self.log.tell_range(self.loaded.gripper.name, radii, cap)
+        radii, cap = loaded.planner.radius_range, self.limits.pressure_cap
+        self.log.tell_range(loaded.gripper.name, radii, cap)
 
     def seen_object(self) -> SeenObject | None:
         """Return where the object is, if that is known and young enough."""
@@ -184,13 +183,14 @@ class Runtime:
         """Have the grip on the object in use solved; plan again once it is: it may be refused."""
         if self.loaded is None:
             return
-        radius, seen = self.control.snapshot().radius, self.seen_object()
-        rate, is_on = self.values.pressure.rate_up, self.values.grip.contact
-        if self.loaded.follow_grips(self.now(), rate, radius, seen, is_on=is_on):
-            self.control.replan(self.loaded.planner)
+        radius, loaded, values = self.control.snapshot().radius, self.loaded, self.values
+        in_use = None if radius is None else InUse(radius, self.seen_object())
+        given = self.now(), loaded.gravity, values.pressure.rate_up, in_use
+        if loaded.grips.follow(*given, is_on=values.grip.contact):
+            self.control.replan(loaded.planner)
 
-    def solved_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
-        """Return the grip on one object, in seconds; called in the background.
+    def solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
+        """Return the grip on one object for the present ramp, in seconds; called in the background.
 
         Args:
             question: what is asked.
@@ -199,24 +199,29 @@ class Runtime:
         Raises:
             SpiralError: the object cannot be held, or the node has ended.
         """
-        job = self.background.grips.submit(self._solve_grip, question, is_wanted)
-        figures: GripCurve = job.result()
+        rate = self.values.pressure.rate_up
+        figures = self.background.solve_grip(replace(question, rate=rate), is_wanted)
         return replace(figures, computed_at=self.now())
 
-    def grip_message(self, pressure: float, payload: float | None = None) -> list[Grip]:
-        """Return what holds the object in use at a pressure [Pa], as a list of one if it is known.
+    def grip(self, pressure: float) -> GripAnswer | None:
+        """Return what holds the object in use at a gauge pressure [Pa], if it is known."""
+        plan = self.control.snapshot().plan
+        if self.loaded is None or plan is None:
+            return None
+        return self.loaded.grips.answer(plan, self.seen_object(), pressure)
+
+    def grip_message(self, answer: GripAnswer | None, payload: float | None = None) -> list[Grip]:
+        """Return the message of that, as a list of one if it is known.
 
         Args:
-            pressure: gauge [Pa].
+            answer: what is known.
             payload: mass of the object [kg]; None: that of the parameter.
         """
-        seen, loaded, own = self.control.snapshot(), self.loaded, self.values.grip.payload
-        if loaded is None:
-            return []
-        answer = loaded.grip(seen.plan, seen.radius, self.seen_object(), pressure)
+        own = self.values.grip.payload
         if payload is None and not math.isnan(own):
             payload = own
-        return grip_to_msg(answer, self.now(), payload, loaded.gravity)
+        gravity = () if self.loaded is None else self.loaded.gravity
+        return grip_to_msg(answer, self.now(), payload, gravity)
 
     # --- commands ------------------------------------------------------------------------------
 
@@ -260,29 +265,26 @@ class Runtime:
             if self.loaded is not None:
                 self._show(self.loaded, now)
         except Exception:
-            self.control.observe(now, None)  # how the object is held is not known
+            self.control.observe(None)  # how the object is held is not known
             raise
         finally:
             self.on_published()
 
     def _show(self, loaded: LoadedGripper, now: float) -> None:
         """Update the shapes and the grip, and publish those that have changed."""
-        seen, points = self.control.snapshot(), self.values.publish.backbone_points
-        pressure, tolerance = seen.pressure, self.limits.pressure_tolerance
+        seen, tolerance = self.control.snapshot(), self.limits.pressure_tolerance
+        pressure, measured, radius = seen.pressure, seen.measured_pressure, seen.radius
         moved = {
-            "backbone": loaded.update_shape(seen.pressure_command, seen.radius),
-            "measured_backbone": loaded.update_measured_shape(
-                seen.measured_pressure, seen.radius, tolerance
-            ),
+            "backbone": loaded.update_shape(seen.pressure_command, radius),
+            "measured_backbone": loaded.update_measured_shape(measured, radius, tolerance),
         }
         self.follow_grips()
-        seen_object = self.seen_object()
-        grip = loaded.grip(seen.plan, seen.radius, seen_object, pressure)
+        seen_object, grip = self.seen_object(), self.grip(pressure)
         force = None if grip is None else grip.normal_force
         if grip is None and seen.plan is not None:
             with suppress(SpiralError):  # a pressure beyond the description
                 force = seen.plan.line_force(pressure)
-        self.control.observe(now, loaded.regime(pressure), force)
+        self.control.observe(loaded.regime(pressure), force)
         snapshot, header = self.control.snapshot(), self.outputs.header()
         self.outputs.publish("status", status_to_msg(snapshot, loaded, header))
         told = (
@@ -292,17 +294,14 @@ class Runtime:
         )
         if any(moved.values()) or told != self._wrap_told:
             self._wrap_told = told
-            contact = None if grip is None else grip.contact_length
-            wrap = wrap_to_msg(snapshot, loaded, self.limits.pressure_cap, contact, header)
-            wrap.grip = self.grip_message(pressure)
-            if seen_object is not None:
-                age = now - seen_object.seen_at
-                fill_object(wrap, seen_object, age, loaded.placement(snapshot.plan))
+            known = self.limits.pressure_cap, grip, seen_object, now, header
+            wrap = wrap_to_msg(snapshot, loaded, *known)
+            wrap.grip = self.grip_message(grip)
             self.outputs.publish("wrap", wrap)
-        shapes = (loaded.commanded.shape, loaded.measured.shape)
-        for (name, has_moved), shape in zip(moved.items(), shapes, strict=True):
-            if has_moved:
-                self.outputs.publish_shape(name, shape, points, header)
+        shapes, points = (loaded.commanded, loaded.measured), self.values.publish.backbone_points
+        for (name, has_moved), one in zip(moved.items(), shapes, strict=True):
+            if has_moved and one.shape is not None:
+                self.outputs.publish(name, backbone_to_msg(one.shape, points, header))
         self.log.tell(now, snapshot)
 
     def _made(self, description: GripperDescription) -> LoadedGripper:
@@ -311,13 +310,12 @@ class Runtime:
         table = self._beside(read_grips, description)
         if table is not None:
             table = replace(table, computed_at=self.now())
-            held = sum(grip is not None for grip in table.grips)
-            path = grips_path(description)
-            self._logger.info(f"{path}: {held} of {len(table.radii)} radii are held")
-        grips = GripFollower(description.gripper, gravity, table, self._solve_grip, pools.grips)
+            radii, held = len(table.radii), sum(grip is not None for grip in table.grips)
+            self.logger.info(f"{grips_path(description)}: {held} of {radii} radii are held")
+        grips = GripFollower(description.gripper, gravity, table, self.solve_grip, pools.grips)
         regions = self._beside(read_regions, description) or ()
         if regions:
-            self._logger.info(f"regions of capture beside the description: {len(regions)}")
+            self.logger.info(f"regions of capture beside the description: {len(regions)}")
         return LoadedGripper(description, gravity, pools.gravity, grips, regions)
 
     def _beside(
@@ -329,11 +327,6 @@ class Runtime:
         except FileError as error:
             self.log.tell_nothing_beside(error)
         return None
-
-    def _solve_grip(self, question: GripQuestion, is_wanted: Callable[[], bool]) -> GripCurve:
-        """Return the grip for the ramp that the node has now; called in the background."""
-        rate = self.values.pressure.rate_up
-        return self.background.solve_grip(replace(question, rate=rate), is_wanted)
 
     def _limits(self) -> Limits:
         own = NO_GRIPPER_PRESSURE if self.loaded is None else self.loaded.gripper.pressure_max
@@ -382,11 +375,6 @@ class Outputs:
         publisher = self._managed.get(name)
         if publisher is not None:
             publisher.publish(message)
-
-    def publish_shape(self, name: str, shape: GripShape | None, points: int, header: Any) -> None:  # noqa: ANN401
-        """Publish a shape, if there is one and the node is active."""
-        if shape is not None:
-            self.publish(name, backbone_to_msg(shape.state, points, header))
 
     @property
     def markers_are_wanted(self) -> bool:

@@ -11,6 +11,7 @@ from spiral_gripper_ros.process.program import run
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.parameters.spec import ParameterSpec
+    from spiral_gripper_ros.process.guards import GuardedLoop
     from spiral_gripper_ros.process.stop_signals import StopSignals
     from spiral_gripper_ros.simulation.simulator import Simulator
 
@@ -29,18 +30,16 @@ example:
 
 
 class SimulatorProgram:
-    """The simulator, its nodes and its executor."""
+    """The simulator and its nodes."""
 
     executable = "spiral_gripper_simulator"
     about = ABOUT
 
     def make(self) -> Simulator:
         """Make the simulator."""
-        from rclpy.executors import SingleThreadedExecutor
-
         from spiral_gripper_ros.simulation.simulator import Simulator
 
-        return Simulator(SingleThreadedExecutor())
+        return Simulator()
 
     def parameters(self) -> Mapping[str, Sequence[ParameterSpec]]:
         """Return its tables of parameters."""
@@ -52,17 +51,12 @@ class SimulatorProgram:
             "parameters of radius_source": RadiusParameters.specs(),
         }
 
-    def spin(self, simulator: Simulator, signals: StopSignals) -> int:
+    def spin(self, simulator: Simulator, loop: GuardedLoop, signals: StopSignals) -> int:
         """Simulate until a stop is requested."""
-        from spiral_gripper_ros.process.guards import GuardedLoop
-
+        del simulator
         signals.defer()
-        loop = GuardedLoop(simulator.errors, simulator.executor)
-        try:
-            while not signals.requested:
-                loop.turn()
-        finally:
-            simulator.executor.shutdown()
+        while not signals.requested:
+            loop.turn()
         return 0
 
 

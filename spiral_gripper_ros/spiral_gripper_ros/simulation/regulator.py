@@ -24,6 +24,8 @@ import numpy as np
 from spiral_core.validation import require_non_negative
 from spiral_gripper_ros.parameters.spec import Parameters, choice, parameter
 
+REGULATOR_NODE = "simulated_regulator"
+
 
 class Fault(Enum):
     """Faults of a regulator or its lines."""
@@ -32,6 +34,11 @@ class Fault(Enum):
     LEAK = "leak"  # gripper or line leaks: the pressure settles below the command
     STUCK_VALVE = "stuck_valve"  # both valves stay shut: the pressure stays where it is
     LOST_LINK = "lost_link"  # neither hears commands nor reports: the watchdog vents
+
+
+def injection_service(fault: Fault) -> str:
+    """Return the name, below the node's, of the service that injects a fault."""
+    return "clear_fault" if fault is Fault.NONE else f"inject_{fault.value}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +108,8 @@ class SimulatedRegulator:
     Attributes:
         model: may be replaced at any time by one with the same supply pressure.
         fault: may be changed at any time.
+        pressure: gauge pressure in the gripper, as it really is [Pa].
+        refused: commands that it could not take.
 
     Example:
         >>> regulator = SimulatedRegulator(SimulatedRegulatorParameters())
@@ -118,26 +127,16 @@ class SimulatedRegulator:
         self.model = model
         self.fault = Fault.NONE
         self._random = np.random.default_rng(model.seed)
-        self._pressure = 0.0
+        self.pressure = 0.0
         self._command: float | None = None
         self._silence = 0.0
         self._latched = False
-        self._refused = 0
-
-    @property
-    def pressure(self) -> float:
-        """Gauge pressure in the gripper, as it really is [Pa]."""
-        return self._pressure
+        self.refused = 0
 
     @property
     def target(self) -> float:
         """What it aims for [Pa]."""
         return 0.0 if self._command is None or self.watchdog_vented else self._command
-
-    @property
-    def refused(self) -> int:
-        """Commands that it could not take."""
-        return self._refused
 
     @property
     def watchdog_vented(self) -> bool:
@@ -158,7 +157,7 @@ class SimulatedRegulator:
         if self.fault is Fault.LOST_LINK:
             return False
         if not 0.0 <= pressure <= self.model.supply_pressure:  # NaN neither
-            self._refused += 1
+            self.refused += 1
             return False
         self._latched = self.watchdog_vented and pressure != 0.0
         self._command, self._silence = pressure, 0.0
@@ -173,31 +172,29 @@ class SimulatedRegulator:
         remaining = require_non_negative("duration", duration)
         if self._command is not None and not self._is_silent:
             heard = min(remaining, self.model.watchdog_timeout - self._silence)
-            self._flow(heard, self.target)
+            self._flow(heard)
             # The sum may round to just below the time-out, and never get past it.
             ends = heard < remaining
             self._silence = self.model.watchdog_timeout if ends else self._silence + heard
             remaining -= heard
-        self._flow(remaining, self.target)
+        self._flow(remaining)
 
     def report(self) -> float | None:
         """Return the pressure [Pa] that its transmitter reports now; None: the link is lost."""
         if self.fault is Fault.LOST_LINK:
             return None
-        reported = self._pressure + self.model.pressure_noise * float(
-            self._random.standard_normal()
-        )
+        reported = self.pressure + self.model.pressure_noise * float(self._random.standard_normal())
         resolution = self.model.pressure_resolution
         if resolution > 0.0:
             reported = round(reported / resolution) * resolution
         return min(max(reported, 0.0), self.model.supply_pressure)
 
-    def _flow(self, duration: float, target: float) -> None:
+    def _flow(self, duration: float) -> None:
         if self.fault is Fault.STUCK_VALVE:
             return
         lag = self.model.time_constant
         rate = 1.0 / lag + (1.0 / self.model.leak_time if self.fault is Fault.LEAK else 0.0)
-        settled = target / (lag * rate)
-        after = settled + (self._pressure - settled) * math.exp(-rate * duration)
+        settled = self.target / (lag * rate)
+        after = settled + (self.pressure - settled) * math.exp(-rate * duration)
         # The exact solution stays within these ends; its rounding need not.
-        self._pressure = min(max(after, 0.0), self.model.supply_pressure)
+        self.pressure = min(max(after, 0.0), self.model.supply_pressure)

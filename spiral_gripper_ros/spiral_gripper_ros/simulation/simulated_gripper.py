@@ -2,18 +2,16 @@
 r"""The real gripper of the simulation, which may differ from its description.
 
 A tube whose material is :math:`s` times as stiff as described takes at :math:`s P` the shape that
-is described for :math:`P`: the unloaded shape depends on the pressure and the material's moduli
-only through their ratio. Its bending and torsional stiffnesses are :math:`s` times those described,
-so that it sags less or more.
+is described for :math:`P` at :math:`1/s` of the weight: the unloaded shape depends on the pressure
+and the material's moduli only through their ratio, and the shape under weight on that of the
+bending and torsional stiffnesses, which are :math:`s` times those described, to the weight.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from enum import Enum
 
-from spiral_core.actuator.actuator import ActuationModel, UnloadedShape
-from spiral_core.errors import ActuationLimit, NotGrippableError, SolverError
+from spiral_core.errors import NotGrippableError, SolverError
 from spiral_core.rod.state import RodState
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
@@ -33,64 +31,22 @@ class Grip(Enum):
     UNKNOWN = "unknown"  # no certified shape was found
 
 
-@dataclass(frozen=True, slots=True)
-class ScaledActuation:
-    """An actuation of a material that is stiffer or softer by a factor, > 0."""
-
-    described: ActuationModel
-    stiffness_factor: float
-
-    @property
-    def pressure_limit(self) -> float:
-        """Largest gauge pressure the model answers for [Pa]."""
-        return self.described.pressure_limit * self.stiffness_factor
-
-    @property
-    def limit(self) -> ActuationLimit:
-        """What ends the range at ``pressure_limit``."""
-        return self.described.limit
-
-    def unloaded_shape(self, pressure: float) -> UnloadedShape:
-        """Return the unloaded shape at a gauge pressure [Pa]."""
-        # A pressure at the very limit must not get past it by rounding.
-        scaled = min(pressure / self.stiffness_factor, self.described.pressure_limit)
-        return self.described.unloaded_shape(scaled)
-
-
-def stiffened(gripper: Gripper, stiffness_factor: float) -> Gripper:
-    """Return a gripper whose material is ``stiffness_factor`` > 0 times as stiff.
-
-    Raises:
-        InvalidInputError: the factor is not positive and finite.
-    """
-    factor = require_positive("stiffness_factor", stiffness_factor)
-    actuation = ScaledActuation(gripper.actuation, factor)
-    return replace(
-        gripper,
-        actuation=actuation,
-        stiffness=gripper.stiffness.scaled(factor),
-        pressure_max=min(gripper.pressure_max * factor, actuation.pressure_limit),
-    )
-
-
 class SimulatedGripper:
     """What a gripper really does at a real pressure.
 
     Args:
         described: the gripper as the node knows it.
-        stiffness_factor: how stiff its material really is, as a multiple; 1: as described.
+        stiffness_factor: how stiff its material really is, as a multiple, > 0; 1: as described.
 
     Raises:
+        InvalidInputError: the factor is not positive and finite.
         SpiralError: the gripper coils nowhere, or a shape could not be certified.
     """
 
     def __init__(self, described: Gripper, stiffness_factor: float = 1.0) -> None:
-        self._curve = WrapCurve(stiffened(described, stiffness_factor))
-
-    @property
-    def gripper(self) -> Gripper:
-        """The gripper as it really is."""
-        return self._curve.gripper
+        self._factor = require_positive("stiffness_factor", stiffness_factor)
+        x, y, z = (component / self._factor for component in described.gravity)
+        self._curve = WrapCurve(described.with_mount((x, y, z), described.object_axis))
 
     @property
     def middle_radius(self) -> float:
@@ -99,10 +55,11 @@ class SimulatedGripper:
 
     def shape(self, pressure: float) -> RodState | None:
         """Return the shape at a gauge pressure [Pa] >= 0; None: beyond the model or uncertified."""
-        if pressure > self._curve.gripper.pressure_max:
+        described = pressure / self._factor
+        if described > self._curve.gripper.pressure_max:
             return None
         try:
-            return self._curve.state_at_pressure(pressure)
+            return self._curve.state_at_pressure(described)
         except SolverError:
             return None
 
@@ -116,13 +73,14 @@ class SimulatedGripper:
         """
         if radius is None:
             return Grip.NO_OBJECT
-        if pressure > self._curve.gripper.pressure_max:
+        described = pressure / self._factor
+        if described > self._curve.gripper.pressure_max:
             return Grip.OVERPRESSURE
         try:
-            grip = Grip(self._curve.regime(pressure, radius, shape).value)
+            grip = Grip(self._curve.regime(described, radius, shape).value)
             if grip is Grip.CURLING:  # the object keeps the tip from curling off for a while
                 pressed_until = HIGHEST_GRIP_RATIO * self._curve.pressure_from_radius(radius)
-                return Grip.PERFECT_WRAP if pressure <= pressed_until else grip
+                return Grip.PERFECT_WRAP if described <= pressed_until else grip
             return grip
         except NotGrippableError:
             return Grip.NOT_GRIPPABLE

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from rclpy.action import ActionClient
@@ -89,25 +89,20 @@ def grip_lines(grip: Grip | None) -> list[str]:
     """Return what holds an object, for people."""
     if grip is None:
         return ["holding force    not known (yet)"]
-    curling, loss = (
-        _shown(pressure, "Pa", "none up to the limit")
-        for pressure in (grip.onset_curling, grip.loss)
-    )
-    away, towards, normal = (
-        shown(force, "N", 3)
-        for force in (grip.holding_force_away, grip.holding_force_towards, grip.normal_force)
-    )
-    down = known(grip.holding_force_down)
-    touching = shown(grip.contact_length, "m", 3)
+    down, touching = known(grip.holding_force_down), shown(grip.contact_length, "m", 3)
     return [
-        f"in contact       {touching} of tube, {normal} in all",
+        f"in contact       {touching} of tube, {shown(grip.normal_force, 'N', 3)} in all",
         f"wrapped          from {shown(grip.onset_wrap, 'Pa')}, by contact",
-        f"curling          from {curling}",
-        f"lost             at {loss}",
-        f"holding force    {away} away from the base, {towards} towards it",
+        f"curling          from {_shown(grip.onset_curling, 'Pa', 'none up to the limit')}",
+        f"lost             at {_shown(grip.loss, 'Pa', 'none up to the limit')}",
+        f"holding force    {_holding(grip.holding_force_away, grip.holding_force_towards)}",
         f"                 {'-' if down is None else shown(down, 'N', 3)} downwards",
         f"computed         {grip.age:.0f} s ago, for friction {grip.friction_coefficient:.2g}",
     ]
+
+
+def _holding(away: float, towards: float) -> str:
+    return f"{shown(away, 'N', 3)} away from the base, {shown(towards, 'N', 3)} towards it"
 
 
 def grasp(
@@ -144,13 +139,11 @@ def grasp(
     lines = [node_text(result.message)]
     if good:
         lines.append(f"{result.turns:.2f} turns; holds until `spiral-gripper release`")
-    if good and result.holding_force_away is not None:
-        forces = (result.holding_force_away, result.holding_force_towards or 0.0)
-        away, towards = (shown(force, "N", 3) for force in forces)
-        lines.append(f"holds {away} away from the base, {towards} towards it")
-    document = {name: getattr(result, name) for name in result.__dataclass_fields__}
-    document["outcome"], document["reason"] = result.outcome.value, result.reason.name
-    return Answer(good, lines, document)
+    away, towards = result.holding_force_away, result.holding_force_towards
+    if good and away is not None and towards is not None:
+        lines.append(f"holds {_holding(away, towards)}")
+    words = {"outcome": result.outcome.value, "reason": result.reason.name}
+    return Answer(good, lines, asdict(result) | words)
 
 
 def release(namespace: str, timeout: float | None) -> Answer:
@@ -190,12 +183,10 @@ def status(namespace: str) -> Answer:
                 raise NoAnswerError(no_node_in(namespace), DISCOVERY_TIMEOUT)
         while (planned := gripper.planned) is None and time.monotonic() < deadline:
             pass
+    told = (heard.reason, heard.reason_text), (heard.fault, heard.fault_text)
     troubles = [
         f"{Reason(reason).name}: {node_text(text)}"
-        for reason, text in (
-            (heard.reason, heard.reason_text),
-            (heard.fault, heard.fault_text),
-        )
+        for reason, text in told
         if reason not in _NO_TROUBLE
     ]
     document = _document(heard) | {"wrap": None if planned is None else _document(planned)}
@@ -216,15 +207,12 @@ def watch(namespace: str, duration: float) -> int:
 
 def _status_lines(heard: GripStatus) -> list[str]:
     """Return a status as people read it."""
-    measured = _shown(heard.measured_pressure, "Pa", "not measured")
-    command, target = (
-        shown(pressure, "Pa") for pressure in (heard.pressure_command, heard.pressure_target)
-    )
+    target = shown(heard.pressure_target, "Pa")
     return [
         f"state            {State(heard.state).name}",
         f"object radius    {_shown(heard.object_radius, 'm', 'none')}",
-        f"command          {command} of {target}",
-        f"measured         {measured}",
+        f"command          {shown(heard.pressure_command, 'Pa')} of {target}",
+        f"measured         {_shown(heard.measured_pressure, 'Pa', 'not measured')}",
         f"regime           {REGIME_NAMES[heard.regime]}",
         f"wrapped          {'yes' if heard.wrapped else 'no'}",
     ]
@@ -238,18 +226,16 @@ def _shown(values: Any, unit: str, otherwise: str) -> str:  # noqa: ANN401
 
 def _document(message: Any, without: tuple[str, ...] = ()) -> dict[str, object]:  # noqa: ANN401
     """Return the fields of a message by name; a list of at most one is its value or None."""
-    return {
-        name: _value(getattr(message, name), may_be_one=kind.endswith(", 1>"))
-        for name, kind in message.get_fields_and_field_types().items()
-        if name not in without
-    }
+    found: dict[str, object] = {}
+    for name, kind in message.get_fields_and_field_types().items():
+        if name not in without:
+            value = _value(getattr(message, name))
+            found[name] = (*value, None)[0] if kind.endswith(", 1>") else value
+    return found
 
 
-def _value(value: Any, *, may_be_one: bool) -> Any:  # noqa: ANN401
+def _value(value: Any) -> Any:  # noqa: ANN401
     """Return the value of a field of a message as JSON has it."""
     if hasattr(value, "get_fields_and_field_types"):
         return _document(value)
-    if isinstance(value, (bool, int, float, str)):
-        return value
-    values = [_value(one, may_be_one=False) for one in value]
-    return (values[0] if values else None) if may_be_one else values
+    return value if isinstance(value, (bool, int, float, str)) else list(map(_value, value))

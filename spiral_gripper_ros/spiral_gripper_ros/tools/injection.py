@@ -9,8 +9,7 @@ import sys
 from std_srvs.srv import Trigger
 
 from spiral_gripper_ros.client.connection import Connection
-from spiral_gripper_ros.simulation.regulator import Fault
-from spiral_gripper_ros.simulation.regulator_node import REGULATOR_NODE, injection_service
+from spiral_gripper_ros.simulation.regulator import REGULATOR_NODE, Fault, injection_service
 
 DISCOVERY_TIMEOUT = 5.0
 NOT_SET = 2

@@ -1,17 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Node and simulator as processes, watched until they are stopped: simulation and demo."""
+"""Node and simulator as processes, watched until they are stopped."""
 
 from __future__ import annotations
 
-import math
-import os
+import subprocess
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from contextlib import closing, suppress
 
-from spiral_gripper_ros.process.node_process import NodeProcess, simulated
+from spiral_gripper_ros.process.node_process import SIMULATOR, NodeProcess
 from spiral_gripper_ros.process.stop_signals import STOP_SIGNALS, StopSignals
 from spiral_gripper_ros.tools.injection import local_discovery
 from spiral_gripper_ros.tools.watcher import Watcher, say
@@ -27,112 +25,92 @@ LAST_WORDS = 0.5
 GRACE = 2.0
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """What is to be simulated.
-
-    Args:
-        gripper: a shipped gripper's name, or a description file's path.
-        settings: parameters of the simulator.
-        duration: from when the node is active [s]; inf: until SIGINT or SIGTERM.
-        namespace: of all topics; None: one that nobody else has.
-    """
-
-    gripper: str
-    settings: Mapping[str, object] = field(default_factory=dict)
-    duration: float = math.inf
-    namespace: str | None = None
-
-    @property
-    def space(self) -> str:
-        """The namespace, with its slash."""
-        return "/" + (self.namespace or f"spiral_gripper_simulation_{os.getpid()}").strip("/")
-
-
 def run_session(
-    plan: Plan, lines: Sequence[str], listen: Callable[[str], Watcher] = Watcher
-) -> tuple[list[str], bool]:
+    space: str, gripper: str, settings: dict[str, object], duration: float, lines: Sequence[str]
+) -> int:
     """Start node and simulator, show what they do, stop them.
 
     Args:
-        plan: what is to be simulated.
+        space: namespace of all topics.
+        gripper: a shipped gripper's name, or a description file's path.
+        settings: parameters of the simulator.
+        duration: from when the node is active [s]; inf: until SIGINT or SIGTERM.
         lines: to say once both are being started.
-        listen: makes what listens in a namespace.
 
     Returns:
-        What went wrong, and whether a signal ended it.
+        The exit code of what did so: 1 if anything went wrong.
     """
     local_discovery()
     signals = StopSignals()
     signals.defer()
+    given = {"gripper": gripper}
     with (
-        closing(listen(plan.space)) as watcher,
+        closing(Watcher(space)) as watcher,
         tempfile.TemporaryFile("w+") as log,
-        simulated(plan.space, plan.gripper, plan.settings, log) as processes,
+        NodeProcess(space, given | settings, output=log, module=SIMULATOR) as simulator,
+        NodeProcess(space, given, output=log) as node,
     ):
         for line in lines:
             say(line)
-        session = _Session(signals, watcher, processes)
-        problems = [*session.watch(plan.duration), *session.stop()]
+        processes = {"node": node, "simulator": simulator}
+        problems = _watch(duration, signals, watcher, processes)
+        problems += _stop(signals, watcher, processes)
         for problem in problems:
             say(problem, "red")
         if problems:
             log.seek(0)
             say(log.read().rstrip())
-    return problems, signals.requested
-
-
-class _Session:
-    """One run of both processes."""
-
-    def __init__(
-        self, signals: StopSignals, watcher: Watcher, processes: Mapping[str, NodeProcess]
-    ) -> None:
-        self._signals, self._watcher, self._processes = signals, watcher, processes
-        self._started = False
-
-    def watch(self, duration: float) -> list[str]:
-        """Show what happens for a time [s] from when both run; return what came between."""
-        begin = time.monotonic()
-        while not (self._watcher.ready or self._is_over()):
-            self._watcher.spin(SHOW_PERIOD)
-            if time.monotonic() - begin > START_TIMEOUT:
-                return [f"node and simulator were not ready within {START_TIMEOUT:g} s"]
-        self._started = self._watcher.ready
-        begin = time.monotonic()
-        while not self._is_over() and time.monotonic() - begin < duration:
-            self._watcher.spin(SHOW_PERIOD)
-            self._watcher.show(time.monotonic() - begin)
-        # Ctrl-C reaches all processes of a terminal: that they end is then as it should be.
-        return [
-            f"the {name} has ended by itself, with exit code {process.exit_code}"
-            for name, process in self._processes.items()
-            if not (process.running or self._signals.requested)
-        ]
-
-    def _is_over(self) -> bool:
-        """Return whether a stop was asked for, or one of the processes has ended."""
-        if any(not process.running for process in self._processes.values()):
-            self._watcher.spin(SHOW_PERIOD)  # the signal that ended it may be on its way to us
-            return True
-        return self._signals.requested
-
-    def stop(self) -> list[str]:
-        """Stop the node, hear its vent, stop the simulator; return what went wrong."""
-        problems = []
-        if self._signals.requested:
-            for process in self._processes.values():
-                process.wait(GRACE)
-        for name in ("node", "simulator"):
-            code = self._processes[name].stop()
-            # Ctrl-C reaches it too, and where it has not installed its handlers yet it is killed,
-            # or Python gives up its own start with 1. The last command is checked in any case.
-            is_interrupted = -code in STOP_SIGNALS or (code == 1 and not self._started)
-            if code != 0 and not (self._signals.requested and is_interrupted):
-                problems.append(f"the {name} ended with exit code {code}")
-            self._watcher.spin(LAST_WORDS)
-        if self._watcher.command not in (None, 0.0):
-            problems.append(f"the last command was {self._watcher.command:g} Pa, not a vent")
-        if not problems:
+        else:
             say("vented; node and simulator have ended")
-        return problems
+    return 1 if problems else 0
+
+
+def _watch(
+    duration: float,
+    signals: StopSignals,
+    watcher: Watcher,
+    processes: Mapping[str, NodeProcess],
+) -> list[str]:
+    """Show what happens for a time [s] from when both run; return what came between."""
+
+    def goes_on() -> bool:
+        """Return whether no stop was asked for, and none of the processes has ended."""
+        watcher.spin(SHOW_PERIOD)  # the signal that ended one may be on its way to us
+        return all(one.running for one in processes.values()) and not signals.requested
+
+    begin = time.monotonic()
+    while not watcher.ready and goes_on():
+        if time.monotonic() - begin > START_TIMEOUT:
+            return [f"node and simulator were not ready within {START_TIMEOUT:g} s"]
+    begin = time.monotonic()
+    while goes_on() and (elapsed := time.monotonic() - begin) < duration:
+        watcher.show(elapsed)
+    watcher.spin(SHOW_PERIOD)
+    # Ctrl-C reaches all processes of a terminal: that they end is then as it should be.
+    return [
+        f"the {name} has ended by itself, with exit code {process.poll()}"
+        for name, process in processes.items()
+        if not (process.running or signals.requested)
+    ]
+
+
+def _stop(
+    signals: StopSignals, watcher: Watcher, processes: Mapping[str, NodeProcess]
+) -> list[str]:
+    """Stop the node, hear its vent, stop the simulator; return what went wrong."""
+    problems = []
+    if signals.requested:
+        for process in processes.values():
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(GRACE)
+    for name, process in processes.items():
+        code = process.stop()
+        # Ctrl-C reaches it too, and where it has not installed its handlers yet it is killed, or
+        # Python gives up its own start with 1. The last command is checked in any case.
+        is_interrupted = -code in STOP_SIGNALS or (code == 1 and watcher.command is None)
+        if code != 0 and not (signals.requested and is_interrupted):
+            problems.append(f"the {name} ended with exit code {code}")
+        watcher.spin(LAST_WORDS)
+    if watcher.command not in (None, 0.0):
+        problems.append(f"the last command was {watcher.command:g} Pa, not a vent")
+    return problems

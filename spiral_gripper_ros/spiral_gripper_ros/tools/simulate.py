@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shlex
 import shutil
@@ -11,13 +12,25 @@ from pathlib import Path
 
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.tools.injection import injection_name
-from spiral_gripper_ros.tools.session import STARTING, Plan, run_session
+from spiral_gripper_ros.tools.session import STARTING, run_session
 
 
-def simulate(plan: Plan) -> int:
-    """Run node and simulator as planned; return the process's exit code."""
-    problems, _ = run_session(plan, _introduction(plan.space))
-    return 1 if problems else 0
+def simulate(
+    gripper: str,
+    settings: dict[str, object],
+    duration: float = math.inf,
+    namespace: str | None = None,
+) -> int:
+    """Run node and simulator; return the process's exit code.
+
+    Args:
+        gripper: a shipped gripper's name, or a description file's path.
+        settings: parameters of the simulator.
+        duration: from when the node is active [s]; inf: until SIGINT or SIGTERM.
+        namespace: of all topics; None: one that nobody else has.
+    """
+    space = "/" + (namespace or f"spiral_gripper_simulation_{os.getpid()}").strip("/")
+    return run_session(space, gripper, settings, duration, _introduction(space))
 
 
 def program() -> str:

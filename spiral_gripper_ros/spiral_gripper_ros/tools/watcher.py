@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The newest state of node and simulator in lines, for ``watch``, ``simulate`` and the demo."""
+"""The newest state of node and simulator in lines, for ``watch`` and ``simulate``."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ def simulate(
     settings = {"radius": radius, "estimate_noise": noise, "fault": fault}
     given = {name: value for name, value in settings.items() if value is not None}
     duration = math.inf if duration is None else duration
-    return int(session.simulate(session.Plan(gripper, given, duration, namespace)))
+    return int(session.simulate(gripper, given, duration, namespace))
 
 
 @click.command()
