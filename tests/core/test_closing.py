@@ -148,8 +148,11 @@ def test_a_disorderly_closing_scatters_and_an_orderly_one_does_not(rate, orderly
     setup = lay_into_coil(load_gripper("prototype_p2"), 0.012)
     closing = close_on(setup, PressureCourse.ramp(rate, 1.15 * setup.tip_pressure, 2.0))
     assert closing.is_orderly() == orderly
-    low, high = closing_spread(closing).holding_forces[Pull.AWAY]
+    spread = closing_spread(closing)
+    low, high = spread.holding_forces[Pull.AWAY]
     assert (high < 1.05 * low) == orderly
+    least, most = spread.normal_force
+    assert least <= closing.point.normal_force <= most
 
 
 @pytest.mark.parametrize(

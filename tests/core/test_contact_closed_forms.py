@@ -14,6 +14,7 @@ from numpy.linalg import norm
 from numpy.polynomial.legendre import leggauss
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
+from scipy.special import ellipe, ellipk
 
 from spiral_core import (
     Clamped,
@@ -218,6 +219,22 @@ def test_estimated_error_bounds_the_true_one(friction):
     else:
         again = solve_contact(problem, start=state, estimate_error=True)
         assert again.discretization_error == pytest.approx(found, rel=1e-3)
+
+
+@pytest.mark.parametrize("ends", [Pinned, Clamped])
+@pytest.mark.parametrize("span", [0.999, 0.9, 0.6])
+def test_a_rod_between_ends_nearer_than_its_length_is_the_elastica(ends, span):
+    """Euler's column past its load: 2 E(k) / K(k) - 1 is the span, the force 4 K(k)^2 EI.
+
+    Clamped, its points of inflection are a quarter of the length from the ends.
+    """
+    k2 = brentq(lambda k2: 2.0 * ellipe(k2) / ellipk(k2) - 1.0 - span, 1e-9, 0.9)
+    force = (2.0 if ends is Pinned else 4.0) ** 2 * ellipk(k2) ** 2 * BENDING
+    problem = RodProblem(Rod(1.0, ROUND), base=ends(), tip=ends((span, 0.0, 0.0)))
+    state = solve_contact(problem, elements=60)
+    assert state.stable
+    assert state.base_reaction[0] == pytest.approx(force, rel=3e-3)
+    assert norm(state.base_reaction[1:3]) < 1e-6 * force
 
 
 def test_beam_on_three_supports_has_the_reactions_of_the_three_moment_equation():

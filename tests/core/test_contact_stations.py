@@ -89,6 +89,13 @@ def test_places_that_differ_by_rounding_are_one():
     assert np.diff(state.arc_lengths).min() > 0.01
 
 
+def test_loads_too_near_to_each_other_or_to_the_tip_are_called_that():
+    for places in ((0.5 - 1e-7,), (0.2, 0.2 + 1e-7)):
+        loads = tuple(PointLoad(at, PUSH) for at in places)
+        with pytest.raises(InvalidInputError, match="apart and from the ends"):
+            solve_contact(RodProblem(ROD, point_loads=loads), elements=40)
+
+
 def test_end_held_inside_of_an_obstacle_is_no_answer():
     """Nothing pushes it; its surface may overlap, as of a rod clamped into a wall."""
     for off, status in ((0.1 * RADIUS, RodStatus.CONVERGED), (-0.01, RodStatus.INSIDE_OBSTACLE)):

@@ -17,8 +17,11 @@ from spiral_core import (
     Cylinder,
     Damping,
     Free,
+    Guided,
     Inertia,
+    InvalidInputError,
     Obstacle,
+    Pinned,
     Rod,
     RodLoad,
     RodProblem,
@@ -61,6 +64,23 @@ def test_a_straight_cantilever_vibrates_as_theory_has_it(problem, gyration, expe
         errors.append(np.abs(found / expected - 1.0).min())
     assert errors[1] < 3e-3  # lumped masses: of second order in the element's length
     assert problem is PRESSED or errors[0] / errors[1] == pytest.approx(4.0, rel=0.25)
+
+
+def test_a_rod_that_may_turn_as_a_whole_has_no_vibrations():
+    section = Section.inextensible(3e-4, 2e-4)
+    rod, upright = Rod(0.4, section), (0.0, 0.0, 0.0, 1.0)
+    load = 4.0 * np.pi**2 * 3e-4 / 0.4**2  # Euler's, of a rod clamped at both ends
+    for problem in (
+        RodProblem(rod, base=Pinned(), tip=Guided((0.4, 0.0, 0.0))),
+        RodProblem(
+            rod,
+            RodLoad(tip_force=(-1.02 * load, 0.0, 0.0)),
+            tip=Guided((0.4, 0.0, 0.0), orientation=upright),
+        ),
+    ):
+        state = solve_contact(problem, elements=20)
+        with pytest.raises(InvalidInputError, match="state must be one that resists every motion"):
+            vibration_modes(state, TUBE, 2)
 
 
 def test_air_does_not_slow_a_rod_without_radius():

@@ -3,7 +3,7 @@
 
 from dataclasses import replace
 from functools import partial
-from math import copysign, inf, pi, radians, tan
+from math import atan, copysign, inf, pi, radians, sqrt, tan
 
 import numpy as np
 import pytest
@@ -15,7 +15,9 @@ from scipy.optimize import newton
 
 from spiral_core import (
     CurvatureForm,
+    FiberAngles,
     FreeActuation,
+    InvalidInputError,
     NeoHookean,
     PressureLaw,
     SingleFiber,
@@ -85,6 +87,16 @@ def test_contradictions_and_questions_without_an_answer_are_refused():
     )
     found = {f"{k}": f"{said(ask)}".partition(", got")[0] for k, ask in enumerate(asked)}
     recorded("refusals/fibers", found)
+
+
+@pytest.mark.parametrize("law", PressureLaw)
+@pytest.mark.parametrize("singles", [(SingleFiber(),), ()])
+@pytest.mark.parametrize("off", [0.0, 1e-14, -1e-15, 1e-8])
+def test_fibers_at_the_magic_angle_move_no_tube(law, singles, off):
+    magic = atan(sqrt(2.0)) + off
+    tube = replace(BENT, fibers=FiberAngles(magic, -magic), pressure_law=law, single_fibers=singles)
+    with pytest.raises(InvalidInputError, match="fibers must be"):
+        FreeActuation(tube)
 
 
 def test_bending_a_thin_tube_about_its_straight_fiber_takes_four_times_ei():

@@ -25,7 +25,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from spiral_core.actuator.section import FiberSet, family_slope
+from spiral_core.actuator.section import LEAST_VOLUME_SLOPE, FiberSet, family_slope
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.message import Message, Quantity
 from spiral_core.numerics.roots import last_positive
@@ -285,14 +285,14 @@ def require_extending(fibers: FiberAngles) -> None:
         >>> require_extending(FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)))
     """
     slope = initial_volume_slope(fibers)
-    if slope > 0.0:
+    if slope >= LEAST_VOLUME_SLOPE:
         return
     raise InvalidInputError(
         "fibers",
         fibers.degrees,
         "a pair that extends under pressure: two angles of the same handedness, or of opposite "
         f"handedness with |tan(alpha) tan(beta)| > 2 (here {2.0 / (1.0 - slope):.6g}, "
-        "so pressure would shorten the tube)",
+        "so pressure would not extend the tube)",
     )
 
 

@@ -31,7 +31,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from spiral_core.errors import ActuationLimit
+from spiral_core.errors import ActuationLimit, InvalidInputError
 from spiral_core.numerics.panels import (
     Panels,
     graded_edges,
@@ -357,6 +357,8 @@ PANEL_WIDTH, TAIL_TOLERANCE, HALVINGS = 0.5, 1e-13, 3
 SAME_END = 1e-9
 # Strains at which the end of the path is looked for.
 SCAN = 96
+# Where the volume changes less with the strain at rest, pressure moves the tube to neither side.
+LEAST_VOLUME_SLOPE = 1e-6
 
 
 class Motion(NamedTuple):
@@ -493,7 +495,10 @@ def section_path(fibers: FiberSet) -> SectionPath:
     """
     # Pressure moves the far side in the direction in which the enclosed volume grows at rest.
     motion = motion_at(fibers, np.zeros(1))
-    direction = 1.0 if motion.volume_slope[0] >= 0.0 else -1.0
+    if not abs(motion.volume_slope[0]) >= LEAST_VOLUME_SLOPE:
+        requirement = "a set that pressure moves: the enclosed volume must change with the stretch"
+        raise InvalidInputError("fibers", "fibers at the magic angle", requirement)
+    direction = 1.0 if motion.volume_slope[0] > 0.0 else -1.0
     low, high = fibers.collapse_strains()
     left, right = (-low, high) if direction > 0.0 else (high, -low)
 

@@ -146,7 +146,7 @@ class CalibrationModel:
                 raise InvalidInputError("fixed", name, f"one of {', '.join(constants)}")
             require_finite(name, value)
         if not self.names:
-            raise InvalidInputError("fixed", dict(self.fixed), "not every parameter")
+            raise InvalidInputError("fixed", ", ".join(self.fixed), "fewer than all parameters")
         for field_name in ("bending_stiffness", "torsional_stiffness"):
             if getattr(self, field_name) is not None:
                 require_positive(field_name, getattr(self, field_name))

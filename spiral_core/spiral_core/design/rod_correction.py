@@ -173,7 +173,8 @@ class LengthSearch:
         self.pressure_max = _sufficient_pressure(requirement, candidate)
         self.limit = requirement.length_max or math.inf
         self.longest = min(LONGEST * start, longest_length(requirement, candidate))
-        self.held = dict(held or {})
+        # Longer ones, solved for a larger object, are not offered for this one.
+        self.held = {x: radius for x, radius in (held or {}).items() if x <= self.longest}
         self.reached = 0.0
         self._curves: dict[float, WrapCurve] = {}
 

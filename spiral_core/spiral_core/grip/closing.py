@@ -323,7 +323,7 @@ class ClosingSpread:
     NaN where one of the closings was not completed, or its tube was not seen to rest.
 
     Args:
-        normal_force: sum of the normal forces on the object, at rest [N].
+        normal_force: sum of the normal forces on the object, in the end [N].
         contact_fraction: part of the tube that touches the object.
         holding_forces: against each pull [N].
     """
@@ -394,7 +394,7 @@ def _figures(closing: TimedClosing) -> list[float]:
         if closing.is_complete:
             rest = closing.grip_at_rest()
             held = [holding_force(rest, pull).force for pull in ALONG]
-            return [rest.normal_force, closing.contact_fractions[-1], *held]
+            return [closing.point.normal_force, closing.contact_fractions[-1], *held]
     except SolverError:
         pass
     return [math.nan] * (2 + len(ALONG))
@@ -700,7 +700,7 @@ class Supply:
             end: gauge pressure [Pa]; below ``start`` the tube is vented to the atmosphere.
 
         Returns:
-            Infinite where the supply's pressure, or the atmosphere's, is not beyond ``end``.
+            Infinite where the supply's pressure, or the atmosphere's, stops short of ``end``.
         """
         first = require_non_negative("start", start)
         last = require_non_negative("end", end)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from spiral_core import FittedQuantity
 from spiral_core.calibration.regression import Interval
 from spiral_gripper.files.fields import CONSTANTS, FIELDS
-from spiral_gripper.files.shown import number, shown, shown_message
+from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.fields import Field, Json, Rows, data
 
 if TYPE_CHECKING:
@@ -36,8 +36,11 @@ def interval_text(
         >>> from spiral_core.calibration.regression import Interval
         >>> interval_text(47.2e3, Interval(45.3e3, 49.1e3), "Pa", 0.95)
         '47.2 kPa, 95 % interval 45.3 to 49.1 kPa'
+        >>> interval_text(0.096, Interval(0.09, 0.102), "N m^2", 0.95)  # the longest ones in SI
+        '96000 N mm^2, 95 % interval 90000 N mm^2 to 0.102 N m^2'
     """
-    low, high = number(interval.low, unit, digits), shown(interval.high, unit, digits)
+    low, high = (shown(end, unit, digits) for end in interval)
+    low = low.removesuffix("".join(high.partition(" ")[1:]))
     return f"{shown(value, unit, digits)}, {100.0 * level:.4g} % interval {low} to {high}"
 
 

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeAlias
 
@@ -121,7 +121,25 @@ def load_files(
         if name not in with_errors:
             requirement = f"for a column of the files: {_listed(with_errors)}"
             raise InvalidInputError("--error", name, requirement)
+    # An option that changes no reading, because columns say it, was not meant so.
+    unused: list[tuple[str, object, str, CalibrationOptions]] = [
+        (f"--error {name}", text, "1", replace(options, errors=_without(options.errors, name)))
+        for name, text in options.errors.items()
+    ]
+    given = options.section_length
+    if given is not None:
+        other = replace(options, section_length=2.0 * given)
+        unused.append(("--section-length", given, "m", other))
+    for option, value, unit, other in unused:
+        with suppress(TableError):
+            if [load_measurements(file, length, other) for file in files] == loaded:
+                requirement = "left out: columns of the files state it, or no reading needs it"
+                raise InvalidInputError(option, value, requirement, unit)
     return loaded
+
+
+def _without(errors: Mapping[str, str], name: str) -> dict[str, str]:
+    return {key: text for key, text in errors.items() if key != name}
 
 
 def _listed(names: Collection[str]) -> str:
@@ -296,15 +314,20 @@ def calibration_model(
         value, own = getattr(stated, name), getattr(derived, name)
         return None if whole or abs(value - own) <= SAME_STIFFNESS * own else value
 
-    return CalibrationModel(
-        actuator=description.actuator,
-        law=LAWS[law],
-        quantities=options.quantities,
-        fixed=options.fixed,
-        gripper=description.gripper,
-        bending_stiffness=kept("bending"),
-        torsional_stiffness=kept("torsional"),
-    )
+    try:
+        return CalibrationModel(
+            actuator=description.actuator,
+            law=LAWS[law],
+            quantities=options.quantities,
+            fixed=options.fixed,
+            gripper=description.gripper,
+            bending_stiffness=kept("bending"),
+            torsional_stiffness=kept("torsional"),
+        )
+    except InvalidInputError as error:
+        if error.field != "fixed":
+            raise
+        raise InvalidInputError("--hold", error.value, error.requirement) from None
 
 
 def _refuse_mix_ups(trial: Trial, measurements: Measurements) -> None:

@@ -56,7 +56,7 @@ def doctor(gripper: str | None, as_json: bool) -> int:
     if as_json:
         print_json({"problems": problems, "checks": found})
     else:
-        click.echo(f"{problems} problems; {PAGE}" if problems else "all well")
+        click.echo(f"problems: {problems}; {PAGE}" if problems else "all well")
     return 1 if problems else 0
 
 

@@ -43,6 +43,7 @@ from spiral_gripper.files.fields import (
     read_values,
 )
 from spiral_gripper.files.plausibility import (
+    THIN_WALL,
     doubts_of_material,
     doubts_of_pressure,
     doubts_of_size,
@@ -180,7 +181,8 @@ def _description(
     density, pressure_max = values["material.density"], values["limits.pressure_max"]
     unlimited = _unlimited(values, actuator)
     actuation = unlimited.actuation
-    size = doubts_of_size(actuator.tube.inner_radius, actuator.tube.wall_thickness)
+    thin = math.inf if actuator.thick_wall else THIN_WALL
+    size = doubts_of_size(actuator.tube.inner_radius, actuator.tube.wall_thickness, thin)
     doubts = ((f"tube.{name}", doubt) for name, doubt in size)
     warnings = placed(document, (*doubts, *doubts_of_material(actuator.material, density)))
     if pressure_max > actuation.pressure_limit:

@@ -66,7 +66,7 @@ def doubts_of_size(
         yield "wall_thickness", f"is {ratio:.3g} times the bore radius; check both units"
     elif ratio > thin_wall:
         thin = f"the model takes one strain for the whole wall, which holds up to {THIN_WALL:g}"
-        advice = "calibrate it, or set model.thick_wall to true"
+        advice = "calibrate it, or set model.thick_wall to true, with pressure_law section"
         yield "wall_thickness", f"is {ratio:.2g} of the bore radius: {thin}; {advice}"
 
 

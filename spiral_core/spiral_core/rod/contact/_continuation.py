@@ -401,6 +401,23 @@ def straight(problem: RodProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
     return x, first
 
 
+def legs(arrays: Arrays, straight: Iterate) -> Array | None:
+    """Return two legs (3, 3) [m] as long as the rod, from where one end is held to the other.
+
+    A straight rod cannot get shorter: pushed together along itself it finds no way. None where it
+    need not.
+    """
+    begin, end = arrays.end_positions
+    span = end - begin
+    rise = arrays.length**2 - float(span @ span)
+    if arrays.end_free[:, 3:, 3:].any() or not rise > 0.0:
+        return None
+    aside = matrices(straight.q[:1])[0] @ push_direction(arrays)
+    aside -= (aside @ span) / max(float(span @ span), 1e-300) * span
+    aside *= 0.5 * math.sqrt(rise) / max(float(np.linalg.norm(aside)), 1e-300)
+    return np.array((begin, 0.5 * (begin + end) + aside, end))
+
+
 def loaded(arrays: Arrays, first: Arrays, x: Iterate) -> Arrays:
     """Return the problem with its loads and no rest strain, to go by from the straight rod.
 

@@ -90,7 +90,8 @@ class PointLoad:
     """A dead force and moment at a place along the rod.
 
     Args:
-        at: arc length [m], inside the rod; a node is put there.
+        at: arc length [m], inside the rod; a node is put there. Nearer to a break, another load or
+            an end than 2e-4 of the length, but not there, forces may be rounding errors.
         force: in the base frame [N].
         moment: in the base frame [N m].
     """

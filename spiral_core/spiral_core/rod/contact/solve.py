@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.message import Message, Quantity
 from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod.contact._continuation import (
     NEXT_TO,
@@ -23,6 +24,7 @@ from spiral_core.rod.contact._continuation import (
     attempt,
     continued,
     halved,
+    legs,
     loaded,
     moved_fraction,
     release,
@@ -53,6 +55,8 @@ FRICTION_INCREMENT = 0.1
 # Lift-off moves by nodes, so no order above one is relied on: the error is at most this many times
 # the distance to the state on elements half as long.
 FIRST_ORDER = 2.0
+# On an element shorter than this fraction of the rod forces are rounding errors.
+LEAST_APART = 2e-4
 # A path with more events than this is given up.
 MAX_EVENTS = 64
 # On the way between two stations the rod may stay where it was after a failed increment so often,
@@ -75,11 +79,12 @@ def solve_contact(
 
     The mixed element's part of :func:`~spiral_core.rod.solve.solve_rod`.
 
-    Without a start the rod begins straight, along its base, without rest strain, with the
-    obstacles in place; loads come on while its tip is brought to where it is held, and then the
-    rest strain. Snaps on the way are followed. With a state as start, one increment is made from
-    it (friction goes on from there), or as many as the way needs. With a centerline, the rod is
-    released from that shape.
+    Without a start the rod begins straight, along its base, without rest strain, with the obstacles
+    in place; loads come on while its tip is brought to where it is held, and then the rest strain.
+    Snaps on the way are followed. If that leads nowhere, as where both ends push an inextensible
+    rod together, and no obstacle is near, the rod is released from two legs. With a state as start,
+    one increment is made from it (friction goes on from there), or as many as the way needs. With a
+    centerline, the rod is released from that shape.
 
     Args:
         problem: rod, ends, loads and obstacles.
@@ -96,7 +101,8 @@ def solve_contact(
         The state, with its certificate of stability.
 
     Raises:
-        InvalidInputError: a profile, a start or the number of elements is not valid.
+        InvalidInputError: a profile, a start or the number of elements is not valid; or point loads
+            or breaks are so near to each other or to an end that none is found.
         SolverError: no stable equilibrium was found, and ``throw`` is set.
 
     Example:
@@ -117,6 +123,12 @@ def solve_contact(
         raise InvalidInputError("estimate_error", True, requirement + " known on other elements")
     state = _solved(problem, start, elements)
     if throw and state.status is not RodStatus.CONVERGED:
+        length, least = problem.rod.length, float(np.diff(state.arc_lengths).min())
+        if (problem.point_loads or problem.rod.breaks) and least < LEAST_APART * length:
+            far = Message(
+                "at least {} apart and from the ends", Quantity(LEAST_APART * length, "m")
+            )
+            raise InvalidInputError("point_loads, breaks", least, far, "m")
         raise SolverError(state.status, state.residual, state.iterations)
     if estimate_error and state.status is RodStatus.CONVERGED:
         apart = _halving_changes(problem, start, state)
@@ -300,6 +312,7 @@ def _from_straight(problem: RodProblem, arrays: Arrays) -> RodState:
     clear = -1e-3 * max(arrays.radius, 1e-3 * arrays.length)
     if not all(contact.gap[1:].min() > clear for contact in here.solution.contacts):
         return state_from_point(tried(here), 0, RodStatus.INSIDE_OBSTACLE)
+    alone = all(contact.gap[0] > arrays.length for contact in here.solution.contacts)
     log = PathLog()
     spent = 0
     largest = FRICTION_INCREMENT if _rubs(arrays.obstacles) else 1.0
@@ -307,7 +320,11 @@ def _from_straight(problem: RodProblem, arrays: Arrays) -> RodState:
         reached, _, used = _travel(here, None, end, (SMALLEST_INCREMENT, largest), False, 0, log)
         spent += used
         if reached is None:
-            return replace(log.events[-1].last, iterations=spent)
+            shape = legs(arrays, x)
+            if shape is None or not alone:
+                return replace(log.events[-1].last, iterations=spent)
+            state = _solved_on(problem, arrays, shape)
+            return replace(state, iterations=spent + state.iterations)
         here = reached
     return state_from_point(here, spent)
 

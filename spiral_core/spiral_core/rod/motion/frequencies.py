@@ -63,17 +63,20 @@ def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
         count: how many modes.
 
     Raises:
-        InvalidInputError: the state is not stable, or there are not as many modes.
+        InvalidInputError: the state is not stable, the whole rod may turn freely, or there are not
+            as many modes.
     """
     if not state.stable or state._point is None:
         requirement = (
             "a stable state, of the mixed element: solve_rod(..., element=RodElement.MIXED)"
         )
         raise InvalidInputError("state", state.status, requirement)
+    if state.neutral_modes:
+        raise _free()
     arrays, x = state._point.arrays, state._point.x
     still: NDArray[np.bool_] = np.asarray(state.touching.any(axis=0))
     size = 6 * (arrays.count + 1)
-    if not 1 <= count < size // 2:
+    if type(count) is not int or not 1 <= count < size // 2:
         raise InvalidInputError("count", count, f"from 1 to {size // 2 - 1}")
     lumped = masses(arrays, inertia)
     turning = lumped[:, 3:4] * np.array((2.0, 1.0, 1.0))  # about x, y and z
@@ -102,6 +105,10 @@ def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
         swings.append(Swing(omega / (2.0 * math.pi), float(change / value**2), *air))
     frequencies = 1.0 / (2.0 * math.pi * np.sqrt(values))
     return Modes(frequencies, np.array(shapes), tuple(swings))
+
+
+def _free() -> InvalidInputError:
+    return InvalidInputError("state", "one that is free to turn", "one that resists every motion")
 
 
 def _largest(compliance: _Compliance, root: Array, count: int) -> tuple[Array, Array]:
@@ -142,5 +149,6 @@ class _Compliance:
     def times(self, force: Array) -> Array:
         """Return the small motion (n, 6) under forces on rotations and displacements (n, 6)."""
         nodal, step = Nodal(-force, -force, self.tangent), no_step(len(self.bearing.compliance))
-        eliminate(self.assembled, nodal, self.bearing, False, step)
+        if not eliminate(self.assembled, nodal, self.bearing, False, step) > 0.0:
+            raise _free()
         return step.nodes
