@@ -180,7 +180,8 @@ def closing(index: int, nudge: Nudge) -> tuple[str, Figures]:
 
 def followed(index: int, version: str) -> tuple[RodPath, Array]:
     """Return a random path in a version, and its last positions seen as in the path as it is."""
-    stations, turn = random_path(index), Rotation.random(rng=np.random.default_rng((SEED, index)))
+    stations, rng = random_path(index), np.random.default_rng((SEED, index))
+    turn = Rotation.from_quat(rng.normal(size=4))
     if version == "perturbed":
         stations = [_perturbed(station, Nudge(PERTURBED, index)) for station in stations]
     elif version == "turned":

@@ -53,8 +53,8 @@ def told(value, at=""):
     return {place: leaf for each in shown for place, leaf in each.items()}
 
 
-def recorded(place, value):
-    """Compare a result with what is recorded at a place, FILE/NAME."""
+def recorded(place, value, within=1e-6):
+    """Compare a result with what is recorded at a place, FILE/NAME, to a part of each figure."""
     file, name = place.split("/")
     path, found = Path(__file__).parent / "records" / f"{file}.json", told(value)
     records = json.loads(path.read_text("utf-8")) if path.exists() else {}
@@ -66,6 +66,6 @@ def recorded(place, value):
     different = [
         f"{name} {at}: {found.get(at)}; recorded: {known.get(at)}"
         for at in sorted(found.keys() | known.keys())
-        if not alike(found.get(at, ""), known.get(at, ""))
+        if not alike(found.get(at, ""), known.get(at, ""), within)
     ]
     assert not different, "\n".join(different)

@@ -106,7 +106,7 @@ def test_window_is_what_its_points_say(name):
     grip = solved(found)
     # Upright the tube falls to a side: what it then reaches differs by 5e-6 between processors.
     if name != "upright":
-        recorded(f"grip/{name}", [grip, point, grip.recommended_pressure()])
+        recorded(f"grip/{name}", [grip, point, grip.recommended_pressure()], within=1e-2)
     if rest:  # the end has let go
         assert found.top < found.loss < rest.pressure <= 1.02 * found.loss
         assert rest.tip_gap > 0.8 * found.setup.obstacle.shape.radius

@@ -72,7 +72,7 @@ def test_a_full_disk_is_said_in_one_line():
                 stdout=full, stderr=subprocess.PIPE, text=True, check=False,
             )  # fmt: skip
         said = "spiral-gripper: the answer cannot be printed: the disk is full\n"
-        assert (done.returncode, done.stderr) == (2, said)
+        assert (done.returncode, done.stderr.lstrip()) == (2, said)
 
 
 def test_what_is_not_installed_is_said_with_the_remedy(said, monkeypatch):

@@ -34,6 +34,7 @@ def library(line):
 
 
 LIBRARIES = dict(map(library, STATED["dependencies"] + EXTRAS["plot"] + EXTRAS["regulators"]))
+LIBRARIES["matplotlib"] = "python3-matplotlib", "3.6.3"  # Ubuntu 24.04's draws, too
 
 
 def names(requirements):

@@ -26,6 +26,7 @@ from spiral_gripper.files.shown import axis_label, in_units, shown, shown_messag
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
+    OUTSIDE,
     OVERHANG_COLOR,
     PERFECT_COLOR,
     color_of,
@@ -64,7 +65,7 @@ def design_figure(report: DesignReport) -> Figure:
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0, top=1.08 * axes.get_ylim()[1])
     set_title(figure, shown_message(report.design.sentence), 64)
-    figure.legend(loc="outside lower center", ncols=3)
+    figure.legend(loc=OUTSIDE + "lower center", ncols=3)
     return figure
 
 
@@ -99,7 +100,7 @@ def regime_figure(
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
     title = name if chart.onset_wrap is not None else f"{name}, by the tip criterion"
     axes.set_title("\n".join(wrap(title, TITLE_WIDTH)), parse_math=False)
-    figure.legend(loc="outside right upper")
+    figure.legend(loc=OUTSIDE + "upper right")
     return figure
 
 
@@ -141,7 +142,7 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
         axes.set_ylim(0.0, float(1.1 * top))
     axes_list[0].set_ylim(0.0, LARGEST_RATIO)
     set_title(figure, f"tube of {name}, helix model", 110)
-    figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper", title="β")
+    figure.legend(*axes_list[0].get_legend_handles_labels(), loc=OUTSIDE + "upper right", title="β")
     return figure
 
 
@@ -162,7 +163,7 @@ def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -
         axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(title, "m"))
         axes.set_ylim(bottom=0.0)
     set_title(figure, name, 110)
-    figure.legend(*axes_list[0].get_legend_handles_labels(), loc="outside right upper")
+    figure.legend(*axes_list[0].get_legend_handles_labels(), loc=OUTSIDE + "upper right")
     return figure
 
 
@@ -200,7 +201,7 @@ def pareto_figure(points: Sequence[Evaluation], best: Sequence[Evaluation]) -> F
         axes.scatter(strains, pressures, s=sizes, color=color, label=label, edgecolor="white")
     axes.set(xlabel="strain at the smallest object [%]", ylabel=axis_label("pressure there", "Pa"))
     axes.set_title(f"{len(best)} Pareto-optimal designs")
-    figure.legend(loc="outside right upper", title="area: length")
+    figure.legend(loc=OUTSIDE + "upper right", title="area: length")
     return figure
 
 

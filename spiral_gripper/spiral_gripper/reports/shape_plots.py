@@ -12,7 +12,7 @@ from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.shaded import Surface, draw_surfaces, same_scale
-from spiral_gripper.reports.style import COLORS, paper_style, set_title
+from spiral_gripper.reports.style import COLORS, OUTSIDE, paper_style, set_title
 
 # Points on the rim of a drawn cylinder.
 RIM_POINTS = 73
@@ -42,7 +42,7 @@ def shape_figure(
     set_title(figure, title)
     draw_sides(figure, surfaces, placement)
     if placement is not None:
-        figure.legend(loc="outside lower center")
+        figure.legend(loc=OUTSIDE + "lower center")
     return figure
 
 

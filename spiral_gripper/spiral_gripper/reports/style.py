@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from textwrap import wrap
 
-from matplotlib import rc_context
+from matplotlib import __version_info__, rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -19,6 +19,8 @@ from spiral_gripper.files.storage import write_file
 COLORS = ("#1b3a4b", "#2f7f93", "#c8553d", "#e3a857", "#7d6b91", "#5b8c5a")
 OVERHANG_COLOR, PERFECT_COLOR, CURLING_COLOR = "#7ba7b4", "#2f7f93", "#e3a857"
 DPI = 300
+# Where a figure's legend is; Ubuntu 24.04's matplotlib 3.6 cannot keep it off the axes.
+OUTSIDE = "outside " if __version_info__ >= (3, 7) else ""
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -36,6 +36,7 @@ from spiral_gripper.reports.shape_plots import draw_sides, shape_figure
 from spiral_gripper.reports.style import (
     COLORS,
     CURLING_COLOR,
+    OUTSIDE,
     PERFECT_COLOR,
     panels,
     paper_style,
@@ -182,7 +183,7 @@ def window_figure(
         _draw_windows(axes, sorted(found, key=lambda pair: pair[0]))
         axes.set_title(title, parse_math=False)
     handles, labels = axes_list[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right upper")
+    figure.legend(handles, labels, loc=OUTSIDE + "upper right")
     return figure
 
 
@@ -255,7 +256,7 @@ def capture_figure(region: CaptureRegion, title: str) -> Figure:
     for outcome in dict.fromkeys(each.beyond for each in (*region.shifts, *region.tilts)):
         tilts.plot([], [], "o", ms=3.5, color=LIMIT_COLORS[outcome], label=BEYOND[outcome])
     tilts.plot([], [], "--", color="black", lw=0.8, label="all errors at once")
-    figure.legend(loc="outside lower center", ncols=6, fontsize=7)
+    figure.legend(loc=OUTSIDE + "lower center", ncols=6, fontsize=7)
     numbers.axis("off")
     names = "\n".join((*(name for _, name, _ in COMPONENTS), "all at once"))
     numbers.text(0.3, 0.5, names, ha="right", va="center", fontsize=7)
