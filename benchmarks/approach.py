@@ -25,7 +25,7 @@ from benchmarks.command import wide_console
 from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from spiral_core import ApproachTask
-from spiral_core.grip.approach import BasePose, judge, judged_poses, screen
+from spiral_core.grip.approach import BasePose, Search, judge, screen
 from spiral_gripper import load_gripper
 from spiral_gripper.cli.workers import core_count, process_pool
 
@@ -62,7 +62,9 @@ def answer(index: int, count: int) -> dict[str, object]:
     task, rng = task_of(index), np.random.default_rng((SEED, index, 1))
     poses = [random_pose(task, rng) for _ in range(count)]
     with process_pool(core_count()) as executor:
-        searched = [each for each in judged_poses(task, executor).values() if not each.refusal]
+        search = Search(task, executor)
+        judged = search.judged(search.screened(coarse=False), coarse=False)
+        searched = [each for each in judged.values() if not each.refusal]
         best = max(searched, key=lambda each: each.score, default=None)
         tried = list(executor.map(screen, [task] * count, poses))
         force, size = (0.0, -1.0) if best is None else (MORE_FORCE * best.force, best.size + 1e-9)

@@ -22,7 +22,7 @@ from benchmarks.report import RESULTS, show
 from benchmarks.results import Table
 from benchmarks.verdicts import designs, mounted, question
 from spiral_core import GripSetup, SpiralError, grip_window, lay_into_coil
-from spiral_core.grip.places import FARTHEST_SHIFT, LARGEST_TILT, find_place, moved
+from spiral_core.grip.places import FARTHEST_SHIFT, LARGEST_TILT, find_place
 from spiral_gripper import available_grippers
 
 KEPT = RESULTS / "places.jsonl"
@@ -43,7 +43,7 @@ def held_at_random(setup: GripSetup, index: int, count: int) -> int:
     reach = FARTHEST_SHIFT * (setup.obstacle.shape.feature_radius + setup.gripper.tube.outer_radius)
     tilt = LARGEST_TILT if setup.gripper.object_axis is None else 0.0
     for tried in range(1, count + 1):
-        if is_held(moved(setup, rng.uniform(-1.0, 1.0, 5) * (*[reach] * 3, tilt, tilt))):
+        if is_held(setup.moved(rng.uniform(-1.0, 1.0, 5) * (*[reach] * 3, tilt, tilt))):
             return tried
     return 0
 

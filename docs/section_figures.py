@@ -18,15 +18,13 @@ from spiral_core import (
     FiberAngles,
     InvalidInputError,
     MooneyRivlin,
-    PressureLaw,
     SingleFiber,
     Tube,
     stiffness_from_actuator,
 )
 from spiral_core.actuator.actuation import FreeActuation, section_stiffness
 from spiral_core.actuator.curvature import unloaded_shape_from_stretch
-from spiral_core.actuator.section import motion_at, section_path
-from spiral_core.actuator.uniform_law import energy_from_stretch
+from spiral_core.actuator.section import FiberSet, motion_at, section_path
 
 FIGURES = Path(__file__).parent / "figures"
 TUBE = Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5)
@@ -71,15 +69,17 @@ def energy_shares(beta: float, stretch: float) -> tuple[float, float, float]:
     Stretch is the energy of the wall stretched evenly, its shear left out; twist is what the shear
     adds to that; bending is what the section's uneven strains add to both.
     """
-    section = actuator(beta)
-    path = section_path(section.fiber_set)
-    motion = motion_at(path.fibers, np.array([path.strain_from_stretch(stretch)]))
-    density = LATEX.c1 * motion.first[0] + LATEX.c2 * motion.second[0]
-    whole = float((density * motion.share[0]).sum())
-    even = replace(section, pressure_law=PressureLaw.UNIFORM)
-    per_wall = 1.0 / (TUBE.wall_area * TUBE.length)
-    sheared = energy_from_stretch(even, stretch) * per_wall
-    stretched = energy_from_stretch(replace(even, twist_shear=False), stretch) * per_wall
+    bent = actuator(beta)
+    even = bent.without_single_fibers().fiber_set
+
+    def energy(fibers: FiberSet) -> float:
+        far = section_path(fibers).strain_from_stretch(stretch)
+        motion = motion_at(fibers, np.array([far]))
+        density = LATEX.c1 * motion.first[0] + LATEX.c2 * motion.second[0]
+        return float((density * motion.share[0]).sum())
+
+    whole, sheared = energy(bent.fiber_set), energy(even)
+    stretched = energy(replace(even, twist_shear=False))
     return stretched / whole, (sheared - stretched) / whole, (whole - sheared) / whole
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Actuators, strategies and settings that the tests of the actuator share."""
 
+from dataclasses import astuple
 from math import radians, sin
 
 import numpy as np
@@ -19,6 +20,11 @@ LATEX = MooneyRivlin(130.0e3, 15.0e3)
 
 def degrees(alpha, beta):
     return FiberAngles(radians(alpha), radians(beta))
+
+
+def mirrored(fibers):
+    """Return families of the other handedness."""
+    return type(fibers)(*(-angle for angle in astuple(fibers)))
 
 
 def actuator(alpha=88.0, beta=60.0, material=LATEX, **choices):

@@ -2,7 +2,7 @@
 """The uniform law's wall as ``docs/derivations/actuator.md`` writes it, with 60 digits."""
 
 from decimal import Decimal, localcontext
-from math import cos
+from math import cos, pi
 
 DIGITS = 60
 # Central differences of second order: right to twice as many digits as the step is small.
@@ -18,6 +18,15 @@ def reference_wall(pair, stretch, twist_shear):
         )
         slopes = [(b - a) / (2 * STEP) for a, b in zip(behind, ahead, strict=True)]
     return [float(value) for value in here], [float(slope) for slope in slopes]
+
+
+def reference_pressure(case, stretch):
+    """Return the pressure of an actuator by equation (6) of that page."""
+    tube = case.tube
+    (first, second, *_), slopes = reference_wall(case.fibers, stretch, case.twist_shear)
+    by_first, by_second = case.material.invariant_derivatives(first, second)
+    work = by_first * slopes[0] + by_second * slopes[1]
+    return tube.wall_area / (pi * tube.inner_radius**2) * work / slopes[2]
 
 
 def _wall(pair, stretch, twist_shear):

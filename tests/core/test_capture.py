@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future
 from functools import cache
 from math import inf, radians
 from types import SimpleNamespace
@@ -33,13 +32,7 @@ def hanging():
 
 def region_of(rule, **options):
     """Return the region of a rule: what closing on a misplaced object ends in."""
-
-    def submit(_, place):
-        future = Future()
-        future.set_result(rule(np.array(place)))
-        return future
-
-    executor = SimpleNamespace(submit=submit)
+    executor = SimpleNamespace(map=lambda _, places: [rule(np.array(one)) for one in places])
     return capture_region(hanging(), PRESSURE, executor=executor, **options)
 
 

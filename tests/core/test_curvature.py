@@ -5,7 +5,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from core.actuator_cases import PAPER_TUBE, actuator, extending_pairs, repeatable
+from core.actuator_cases import PAPER_TUBE, actuator, extending_pairs, mirrored, repeatable
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
@@ -30,11 +30,11 @@ def test_shapes_follow_from_stretch_twist_and_the_straight_fiber(fibers, fractio
     exact, radius = form is CurvatureForm.EXACT, placed or PAPER_TUBE.inner_radius
     assume(not exact or abs(twist) * radius < 1.0)
     choices = {"straight_fiber_radius": placed, "curvature_form": form}
-    shape, mirrored = (
+    shape, image = (
         unloaded_shape_from_stretch(replace(actuator(**choices), fibers=pair), stretch)
-        for pair in (fibers, fibers.mirrored())
+        for pair in (fibers, mirrored(fibers))
     )
-    assert mirrored == replace(shape, torsion=-shape.torsion)
+    assert image == replace(shape, torsion=-shape.torsion)
     backbone = stretch if exact else 1.0
     assert shape.backbone_length == backbone * PAPER_TUBE.length
     assert_allclose(shape.torsion, twist / backbone, 1e-14)

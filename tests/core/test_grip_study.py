@@ -14,7 +14,6 @@ from numpy.testing import assert_allclose
 from spiral_core import Closing, grip_cases, lay_into_coil, solve_cases
 from spiral_core.grip import grip
 from spiral_core.grip.grip import GripOutcome
-from spiral_core.grip.places import moved
 from spiral_gripper import load_gripper
 
 pytestmark = pytest.mark.long
@@ -60,7 +59,7 @@ def test_an_object_moves_by_its_shift_and_tilt(beside):
     assert_allclose(frame[0], axis)
     assert_allclose(frame[2] @ place, 0.0, atol=1e-12)
     assert (frame[1] @ place > 1e-3) == beside
-    there = moved(setup, np.array((*shift, *tilt)))
+    there = setup.moved(np.array((*shift, *tilt)))
     assert_allclose(frame @ np.subtract(there.obstacle.position, place), shift, atol=1e-12)
     # Turned a little about the second and the third of these directions.
     tipped = np.cross((0.0, *tilt), (1.0, 0.0, 0.0))

@@ -20,7 +20,6 @@ from spiral_core import (
     WrapRegime,
     wrap_for_profile,
 )
-from spiral_core.grip.places import moved
 from spiral_core.wrap.placement import (
     distances_from_axis,
     misplacement,
@@ -150,7 +149,7 @@ def test_a_misplacement_is_what_the_object_was_moved_by():
         for off in [(0.0, 0.0, 0.0, 0.0), (-0.01, 0.02, 0.4, -0.3)]:
             obstacle = Obstacle.along(Cylinder(0.015), (0.02, -0.03, 0.1), axis)
             setup = GripSetup(paper_curve("70 degrees").gripper, obstacle)
-            there = moved(setup, np.array((0.0, *off)))
+            there = setup.moved(np.array((0.0, *off)))
             for sense, way in ((1.0, 0.0), (1.0, -3.0), (-1.0, 0.5)):
                 point = np.array(there.obstacle.position) + way * there.axis
                 found = misplacement(point, sense * there.axis, obstacle.position, setup.frame)

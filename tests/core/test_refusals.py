@@ -64,7 +64,6 @@ from spiral_core import (
 from spiral_core.actuator.actuator import UnloadedShape
 from spiral_core.actuator.curvature import unloaded_shape_from_stretch
 from spiral_core.actuator.fibers import fiber_state
-from spiral_core.actuator.uniform_law import pressure_from_stretch
 from spiral_core.grip.capture import close_misplaced
 from spiral_core.grip.table import GripTable
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
@@ -151,7 +150,6 @@ ARGUMENTS = [
     *(
         (call, 1.1, {"stretch": [0.999]})
         for call in (
-            partial(pressure_from_stretch, ACTUATOR),
             partial(unloaded_shape_from_stretch, ACTUATOR),
             FreeActuation(ACTUATOR).pressure_from_stretch,
         )

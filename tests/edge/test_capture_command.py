@@ -10,7 +10,6 @@ from edge.recorded import cases
 from spiral_core import lay_into_coil
 from spiral_core.grip import capture
 from spiral_core.grip.capture import CaptureOutcome, MisplacedGrip, capture_region
-from spiral_core.grip.places import moved
 from spiral_core.rod.state import RodStatus
 from spiral_gripper import load_description
 from spiral_gripper.files.regions import read_regions
@@ -75,7 +74,7 @@ def test_a_region_beside_the_description_has_the_margins_of_the_region(said, min
     setup = lay_into_coil(description.gripper, 0.015)
     region, (stored,) = capture_region(setup, 72e3, 0.02), read_regions(description)
     off = (0.001, 0.03, -0.1, 0.2)
-    there = moved(setup, np.array((0.0, *off)))
+    there = setup.moved(np.array((0.0, *off)))
     point = np.array(there.obstacle.position) + 0.1 * there.axis
     margin = region.margin((*off, 0.0))
     assert stored.margin(point, -there.axis) == pytest.approx(margin, abs=1e-3)

@@ -19,7 +19,7 @@ CORE_FOLDERS = {
     "rod.contact": {"", "numerics", "rod"},
     "rod.motion": {"", "numerics", "rod", "rod.contact"},
     "wrap": {"", "numerics", "actuator", "rod"},
-    "grip": {"", "actuator", "rod", "rod.contact", "rod.motion", "wrap"},
+    "grip": {"", "numerics", "actuator", "rod", "rod.contact", "rod.motion", "wrap"},
     "design": {"", "numerics", "actuator", "rod", "wrap", "grip"},
     "calibration": {"", "numerics", "actuator", "rod", "rod.motion", "wrap"},
 }

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw, UnloadedShape
+from spiral_core.actuator.actuator import ActuationModel, Actuator, UnloadedShape
 from spiral_core.actuator.curvature import shape_on_path
 from spiral_core.actuator.curve import PressurePanels
 from spiral_core.actuator.section import ShapePath, section_path, sideways_motion
-from spiral_core.actuator.section_law import mean_energy_slope, section_curve
-from spiral_core.actuator.uniform_law import uniform_curve
+from spiral_core.actuator.section_law import mean_energy_slope, useful_branch
 from spiral_core.brief import brief_repr
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.numerics.panels import rising_root
@@ -89,36 +88,32 @@ class FreeActuation:
     def __post_init__(self) -> None:
         actuator = self.actuator
         require_kind("actuator", actuator, Actuator)
-        uniform = actuator.pressure_law is PressureLaw.UNIFORM
-        path, pressure, end, limit = (uniform_curve if uniform else section_curve)(actuator)
+        path, pressure, end, limit = useful_branch(actuator)
         steps = TABLE_NODES - 1
         sizes = [end * (1.0 - (1.0 - k / steps) ** 2) for k in range(TABLE_NODES)]
-        table = {size: pressure.with_slope(size) for size in sizes}
-        if not all(math.isfinite(value) for value, _ in table.values()):
+        steep = np.array([pressure.with_slope(size) for size in sizes])
+        if not np.isfinite(steep).all():
             raise InvalidInputError(
                 "material", actuator.material, "a law that is finite as far as the fibers go"
             )
-        if not table[0.0][1] > 0.0:
+        if not min(steep[0, 1], actuator.material.small_strain_modulus) > 0.0:
             raise InvalidInputError(
                 "material", actuator.material, "a law whose pressure rises with the stretch at rest"
             )
-        peak = first_sign_change(
-            lambda size: (table.get(size) or pressure.with_slope(size))[1], sizes
-        )
+        peak = first_sign_change(lambda size: pressure.with_slope(size)[1], sizes)
         if peak is not None:
             limit = ActuationLimit.LIMIT_POINT
             sizes = [*(size for size in sizes if size < peak), peak]
-            table[peak] = pressure.with_slope(peak)
-        pressures = [table[size][0] for size in sizes]
+        table = [pressure.with_slope(size)[0] for size in sizes]
         for name, value in (
             ("stretch_limit", path.stretch_at(sizes[-1])),
-            ("pressure_limit", pressures[-1]),
+            ("pressure_limit", table[-1]),
             ("limit", limit),
             ("size_limit", sizes[-1]),
             ("path", path),
             ("pressure", pressure),
             ("_sizes", sizes),
-            ("_pressures", pressures),
+            ("_pressures", table),
         ):
             object.__setattr__(self, name, value)
 

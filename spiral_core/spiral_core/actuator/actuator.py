@@ -192,11 +192,6 @@ class Actuator:
         return self.tube.outer_radius if self.thick_wall else self.tube.inner_radius
 
     @property
-    def has_one_straight_fiber(self) -> bool:
-        """Whether it bends by one straight fiber, as the paper's actuators do."""
-        return len(self.single_fibers) == 1 and self.single_fibers[0].angle == 0.0
-
-    @property
     def fiber_set(self) -> FiberSet:
         """The fibers as the section's kinematics takes them."""
         return fiber_set_of(
@@ -204,6 +199,7 @@ class Actuator:
             self.single_fibers,
             self.fiber_radius / self.wound_radius,
             self.tube.inner_radius / self.wound_radius if self.thick_wall else None,
+            self.twist_shear,
         )
 
     def without_single_fibers(self) -> Actuator:
@@ -219,7 +215,7 @@ class Actuator:
         if self.pressure_law is PressureLaw.UNIFORM and self.thick_wall:
             raise InvalidInputError("thick_wall", True, "false with the uniform law")
         two = isinstance(self.fibers, FiberAngles)
-        if two and (self.has_one_straight_fiber or not self.single_fibers):
+        if two and [fiber.angle for fiber in self.single_fibers] in ([], [0.0]):
             return
         others = "for fibers other than two families and one straight one"
         if self.pressure_law is PressureLaw.UNIFORM:

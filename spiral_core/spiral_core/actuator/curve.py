@@ -54,19 +54,3 @@ class Branch(NamedTuple):
     pressure: PressurePanels
     end: float
     limit: ActuationLimit
-
-
-def clustered_nodes(end: float, count: int) -> list[float]:
-    """Return ``count`` stretches from exactly 1 to exactly ``end``, denser towards the end.
-
-    The distance to the end falls quadratically, as the curves near a limit bend like a square
-    root.
-
-    Example:
-        >>> clustered_nodes(2.0, 3)
-        [1.0, 1.75, 2.0]
-    """
-    steps = count - 1
-    nodes = [end - (end - 1.0) * (1.0 - index / steps) ** 2 for index in range(count)]
-    nodes[0], nodes[-1] = 1.0, end
-    return nodes

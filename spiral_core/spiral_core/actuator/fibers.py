@@ -23,12 +23,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from spiral_core.actuator.section import LEAST_VOLUME_SLOPE, FiberSet, family_slope
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.message import Message, Quantity
-from spiral_core.numerics.roots import last_positive
 from spiral_core.rounding import rounded_up
 from spiral_core.validation import require_in_range, require_positive
 
@@ -55,8 +53,8 @@ class FiberAngles:
 
     Example:
         >>> fibers = FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0))
-        >>> fibers.mirrored().alpha == -fibers.alpha
-        True
+        >>> fibers.degrees
+        '88 and 60 degrees'
     """
 
     alpha: float
@@ -77,10 +75,6 @@ class FiberAngles:
     def degrees(self) -> str:
         """The two angles for messages."""
         return f"{math.degrees(self.alpha):.6g} and {math.degrees(self.beta):.6g} degrees"
-
-    def mirrored(self) -> FiberAngles:
-        """Return the mirror image: both handednesses swapped."""
-        return FiberAngles(alpha=-self.alpha, beta=-self.beta)
 
 
 def _require_wound(field: str, angle: float) -> None:
@@ -103,8 +97,8 @@ class OneFamily:
         InvalidInputError: the angle is out of range or along the axis.
 
     Example:
-        >>> OneFamily(angle=math.radians(70.0)).mirrored().angle < 0.0
-        True
+        >>> round(OneFamily(angle=math.radians(-70.0)).angle, 3)
+        -1.222
     """
 
     angle: float
@@ -112,45 +106,19 @@ class OneFamily:
     def __post_init__(self) -> None:
         _require_wound("angle", self.angle)
 
-    def mirrored(self) -> OneFamily:
-        """Return the mirror image."""
-        return OneFamily(-self.angle)
-
 
 @dataclass(frozen=True, slots=True)
 class FiberState:
     """Deformation of the wall at one axial stretch.
 
     Attributes:
-        stretch: axial stretch lambda_1.
         hoop_stretch: hoop stretch lambda_2.
-        radial_stretch: stretch of the wall thickness, lambda_3 = 1 / (lambda_1 lambda_2).
         twist: omega = r delta / L, with r the unstretched radius and delta / L the rotation of
             the far end per unstretched length; positive is right-handed.
     """
 
-    stretch: float
     hoop_stretch: float
-    radial_stretch: float
     twist: float
-
-
-class FiberDerivatives(NamedTuple):
-    """Hoop stretch and wall shear with their derivatives in the axial stretch.
-
-    Attributes:
-        hoop_change: lambda_2 - 1, to rounding of itself.
-        hoop: lambda_2.
-        hoop_prime: d lambda_2 / d lambda_1.
-        shear: g = lambda_2 omega.
-        shear_prime: dg / d lambda_1.
-    """
-
-    hoop_change: float
-    hoop: float
-    hoop_prime: float
-    shear: float
-    shear_prime: float
 
 
 def locking_stretch(fibers: FiberAngles) -> float:
@@ -199,72 +167,20 @@ def fiber_state(fibers: FiberAngles, stretch: float) -> FiberState:
         (1.0, -0.132050807569)
     """
     require_positive("stretch", stretch)
-    derivatives = fiber_derivatives(fibers, stretch)
-    return FiberState(
-        stretch=stretch,
-        hoop_stretch=derivatives.hoop,
-        radial_stretch=1.0 / (stretch * derivatives.hoop),
-        twist=derivatives.shear / derivatives.hoop,
-    )
-
-
-def fiber_derivatives(fibers: FiberAngles, stretch: float) -> FiberDerivatives:
-    r"""Return hoop stretch and wall shear with their derivatives in the stretch.
-
-    .. math:: A' = -\lambda_1 \cos^2\alpha / A
-
-    Both results are linear in A and B, and so are their derivatives in A' and B'.
-    ``stretch`` is taken as positive; :func:`fiber_state` checks it.
-
-    Raises:
-        ActuationLimitError: ``stretch`` is at or past locking, where the derivatives diverge.
-
-    Example:
-        >>> fibers = FiberAngles(alpha=math.radians(90.0), beta=math.radians(45.0))
-        >>> round(fiber_derivatives(fibers, stretch=1.0).shear_prime, 12)
-        -1.0
-    """
-    alpha, beta = fibers.alpha, fibers.beta
-    cos_alpha, sin_alpha = math.cos(alpha), math.sin(alpha)
-    cos_beta, sin_beta = math.cos(beta), math.sin(beta)
-    square_a = (1.0 - stretch * cos_alpha) * (1.0 + stretch * cos_alpha)
-    square_b = (1.0 - stretch * cos_beta) * (1.0 + stretch * cos_beta)
-    if not (square_a > 0.0 and square_b > 0.0):
-        raise ActuationLimitError(
-            ActuationLimit.FIBER_LOCKING, "stretch", stretch, locking_stretch(fibers)
-        )
-    a = math.copysign(math.sqrt(square_a), alpha)
-    b = math.copysign(math.sqrt(square_b), beta)
-    elongation = (stretch - 1.0) * (stretch + 1.0)  # lambda_1^2 - 1
-    change_a = -elongation * cos_alpha * cos_alpha / (a + sin_alpha)  # A - sin(alpha)
-    change_b = -elongation * cos_beta * cos_beta / (b + sin_beta)
-    slope_a, slope_b = -stretch * cos_alpha * cos_alpha / a, -stretch * cos_beta * cos_beta / b
-    crossing = math.sin(alpha - beta)
-    hoop_change = (change_a * cos_beta - change_b * cos_alpha) / crossing
-    return FiberDerivatives(
-        hoop_change,
-        1.0 + hoop_change,
-        (slope_a * cos_beta - slope_b * cos_alpha) / crossing,
-        (change_b * sin_alpha - change_a * sin_beta) / crossing,
-        (slope_b * sin_alpha - slope_a * sin_beta) / crossing,
-    )
-
-
-def volume_slope(stretch: float, derivatives: FiberDerivatives) -> float:
-    r"""Return dv / d lambda_1 of the enclosed volume over its value at rest.
-
-    .. math:: v = \lambda_1 \lambda_2^2
-
-    Args:
-        stretch: axial stretch.
-        derivatives: hoop stretch and derivative at that stretch.
-
-    Example:
-        >>> fibers = FiberAngles(alpha=math.radians(90.0), beta=math.radians(60.0))
-        >>> round(volume_slope(1.2, fiber_derivatives(fibers, 1.2)), 12)
-        1.0
-    """
-    return derivatives.hoop * (derivatives.hoop + 2.0 * stretch * derivatives.hoop_prime)
+    changes = []
+    for angle in (fibers.alpha, fibers.beta):
+        cosine, sine = math.cos(angle), math.sin(angle)
+        square = (1.0 - stretch * cosine) * (1.0 + stretch * cosine)
+        if not square > 0.0:
+            limit, end = ActuationLimit.FIBER_LOCKING, locking_stretch(fibers)
+            raise ActuationLimitError(limit, "stretch", stretch, end)
+        elongation = (stretch - 1.0) * (stretch + 1.0)  # lambda_1^2 - 1
+        root = math.copysign(math.sqrt(square), angle)
+        changes.append((-elongation * cosine * cosine / (root + sine), cosine, sine))
+    (a, cos_alpha, sin_alpha), (b, cos_beta, sin_beta) = changes
+    crossing = math.sin(fibers.alpha - fibers.beta)
+    hoop = 1.0 + (a * cos_beta - b * cos_alpha) / crossing
+    return FiberState(hoop, (b * sin_alpha - a * sin_beta) / crossing / hoop)
 
 
 def initial_volume_slope(fibers: FiberAngles) -> float:
@@ -294,35 +210,6 @@ def require_extending(fibers: FiberAngles) -> None:
         f"handedness with |tan(alpha) tan(beta)| > 2 (here {2.0 / (1.0 - slope):.6g}, "
         "so pressure would not extend the tube)",
     )
-
-
-def largest_volume_stretch(fibers: FiberAngles) -> float | None:
-    """Return the stretch at which the enclosed volume is largest, or None if it only grows.
-
-    Only families of opposite handedness have such a stretch, and then exactly one: there the
-    pressure diverges, because no volume is left to gain.
-
-    Args:
-        fibers: a pair that extends under pressure.
-
-    Returns:
-        The stretch to the last float at which the volume still grows; None if it grows up to
-        fiber locking.
-
-    Example:
-        >>> fibers = FiberAngles(alpha=math.radians(60.0), beta=math.radians(-60.0))
-        >>> round(largest_volume_stretch(fibers), 9)  # 2 / sqrt(3): the fibers at the magic angle
-        1.154700538
-    """
-    if fibers.alpha * fibers.beta > 0.0:
-        return None
-
-    def slope(stretch: float) -> float:
-        return volume_slope(stretch, fiber_derivatives(fibers, stretch))
-
-    # At locking itself the derivatives do not exist; four units of rounding below it they do.
-    end = locking_stretch(fibers) * (1.0 - 4.0 * math.ulp(1.0))
-    return None if slope(end) > 0.0 else last_positive(slope, 1.0, end)
 
 
 # Nearer to 90 degrees than this the fiber's pitch is a few wall thicknesses: it is a hoop winding.
@@ -395,6 +282,7 @@ def fiber_set_of(
     fibers: tuple[SingleFiber, ...],
     single_radius: float,
     wall_ratio: float | None,
+    twist_shear: bool,
 ) -> FiberSet:
     """Return the fibers as the section's kinematics takes them.
 
@@ -403,12 +291,13 @@ def fiber_set_of(
         fibers: the single ones.
         single_radius: distance of the single fibers over that of the wound ones.
         wall_ratio: inner radius over that of the wound ones; None for a thin wall.
+        twist_shear: whether the energy counts the shear by the twist.
     """
     tangent = math.tan(fibers[0].angle) if fibers else 0.0
     slopes = tuple(family_slope(angle, tangent) for angle in family_angles(families))
     if not fibers:
-        return FiberSet(slopes, half_spread=None, wall_ratio=wall_ratio)
-    return FiberSet(slopes, tangent, 0.5 * _spread(fibers), single_radius, wall_ratio)
+        return FiberSet(slopes, half_spread=None, wall_ratio=wall_ratio, twist_shear=twist_shear)
+    return FiberSet(slopes, tangent, 0.5 * _spread(fibers), single_radius, wall_ratio, twist_shear)
 
 
 def _spread(fibers: tuple[SingleFiber, ...]) -> float:

@@ -56,6 +56,7 @@ class FiberSet:
         half_spread: single fibers lie at plus and minus this material angle [rad]; None: none.
         single_radius: their distance from the axis over the radius of the wound fibers.
         wall_ratio: inner radius over the radius of the wound fibers; None takes the wall as thin.
+        twist_shear: whether the energy of a thin wall counts the shear by the twist.
     """
 
     slopes: tuple[float, ...]
@@ -63,6 +64,7 @@ class FiberSet:
     half_spread: float | None = 0.0
     single_radius: float = 1.0
     wall_ratio: float | None = None
+    twist_shear: bool = True
 
     def wall_change(self, strain: Numbers, free: Numbers | None = None) -> tuple[Numbers, Numbers]:
         """Return z and n of the metric at a strain m; one family leaves z free, to be given."""
@@ -217,8 +219,10 @@ def invariant_excess(fibers: FiberSet, ring: Ring) -> tuple[Numbers, Numbers, Ar
         mixed = ring.shear * ring.shear - ring.strain * ring.hoop_change
         square = ring.area_change * ring.area_change
         area = 1.0 + ring.area_change
+        shear = 0.0 if fibers.twist_shear else ring.twist[:, None] ** 2
+        first, second = mixed + square / area - shear, (square + mixed - shear) / area
         count = ring.weight.shape[1]
-        return mixed + square / area, (square + mixed) / area, np.full(count, 1.0 / count)
+        return first, second, np.full(count, 1.0 / count)
     # Radii over the wound fibers' radius, and their shares of the wall's volume.
     nodes, weights = np.polynomial.legendre.leggauss(DEPTHS)
     inner = fibers.wall_ratio**2
@@ -296,36 +300,33 @@ def closures(fibers: FiberSet, far_strains: Array) -> tuple[Array, NDArray[np.bo
     From rest outwards, a few rows at a time, each guessed from the last, up to the first that does
     not close.
     """
+    if fibers.half_spread is None:  # every point has the same strains
+        shear, hoop_change = fibers.wall_change(far_strains)
+        found = (shear / np.sqrt(1.0 + hoop_change))[:, None]
+        return found, np.isfinite(found[:, 0]), math.inf
     rest = np.array([[0.0, fibers.half_spread] if fibers.half_spread else [0.0]])
     ratio, known = closure_slopes(fibers, np.zeros(1), rest), 0.0
-    unknowns = np.full((len(far_strains), rest.shape[1]), np.nan)
-    closed = np.zeros(len(far_strains), dtype=np.bool_)
-    order = np.argsort(np.abs(far_strains), kind="stable")
-    left = [order[k : k + ROWS] for k in range(0, len(order), ROWS)][::-1]
+    known_states: dict[float, Array] = {0.0: rest[0]}
+    ordered = far_strains[np.argsort(np.abs(far_strains), kind="stable")]
+    left = [ordered[k : k + ROWS] for k in range(0, len(ordered), ROWS)][::-1]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         while left:
-            part = left.pop()
-            rows = far_strains[part]
+            rows = left.pop()
             far = known == 0.0 and abs(rows[0]) > FAR
-            found, good = _newton(fibers, rows, rest + ratio * rows[:, None])
-            if (far or not good.all()) and len(part) > 1:  # the nearest first, then the others
-                left += [part[1:], part[:1]]
-                continue
-            if far or not good.all():
-                step = min(abs(rows[0] - known), FAR) * np.sign(rows[0])
-                while known != rows[0]:
-                    near = known + step if abs(step) < abs(rows[0] - known) else float(rows[0])
-                    found, good = _newton(fibers, np.array([near]), rest + ratio * near)
-                    if good[0]:
-                        ratio, known, step = (found - rest) / near, near, 1.5 * step
-                        continue
-                    step *= 0.5
-                    if not abs(step) > LEAST_STEP * abs(rows[0]):
-                        return unknowns, closed, known
-            unknowns[part], closed[part] = found, True
-            if rows[-1] != 0.0:
-                ratio, known = (found[-1:] - rest) / rows[-1], float(rows[-1])
-    return unknowns, closed, known
+            states, good = _newton(fibers, rows, rest + ratio * rows[:, None])
+            if good.all() and not far:
+                known_states |= zip(rows.tolist(), states, strict=True)
+                if rows[-1] != 0.0:
+                    ratio, known = (states[-1:] - rest) / rows[-1], float(rows[-1])
+            elif len(rows) > 1:  # the nearest first, then the others
+                left += [rows[1:], rows[:1]]
+            elif abs(rows[0] - known) > LEAST_STEP * abs(rows[0]):  # half-way first
+                left += [rows, 0.5 * (known + rows)]
+            else:
+                break
+    nowhere = np.full_like(rest[0], np.nan)
+    unknowns = np.array([known_states.get(y, nowhere) for y in far_strains.tolist()])
+    return unknowns, np.isfinite(unknowns[:, 0]), known
 
 
 def _newton(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-r"""Pressure by the section law: virtual work on the wall's energy all around a bent section.
+r"""Pressure by virtual work on the wall's energy all around a section, by either pressure law.
 
 The straight fiber keeps one side while the other stretches twice as far, so the wall's energy is an
 average over the section, along the one path that the fibers leave it:
@@ -28,7 +28,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from spiral_core.actuator.actuator import Actuator, CurvatureForm
+from spiral_core.actuator.actuator import Actuator, CurvatureForm, PressureLaw
 from spiral_core.actuator.curvature import even_curvature
 from spiral_core.actuator.curve import Branch, PressurePanels
 from spiral_core.actuator.fibers import (
@@ -42,7 +42,9 @@ from spiral_core.actuator.materials import HyperelasticLaw
 from spiral_core.actuator.section import (
     END_MARGIN,
     FREE_ANGLES,
+    HALVINGS,
     PANEL_WIDTH,
+    SCAN,
     STEP,
     Motion,
     SectionPath,
@@ -53,7 +55,14 @@ from spiral_core.actuator.section import (
     section_path,
 )
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
-from spiral_core.numerics.panels import Array, Panels, graded_edges, panel_nodes, relative_tails
+from spiral_core.numerics.panels import (
+    Array,
+    Panels,
+    graded_edges,
+    panel_nodes,
+    refined_panels,
+    relative_tails,
+)
 from spiral_core.numerics.roots import first_sign_change
 
 # Differences of gradients that are exact to rounding; Newton's method only needs a good Jacobian.
@@ -223,12 +232,33 @@ def one_family_branch(actuator: Actuator) -> Branch:
 POLE_PANELS, NEAR_POLE = 14, 0.75
 
 
-def section_curve(actuator: Actuator) -> Branch:
-    """Return the branch of an actuator by the section law, in its curvature form.
+def useful_branch(actuator: Actuator) -> Branch:
+    """Return shapes and pressures of an actuator by its own pressure law, in its curvature form.
 
     Raises:
-        InvalidInputError: pressure would not move the section in a way its fibers can hold.
+        InvalidInputError: pressure would not move the actuator in a way its fibers can hold.
+
+    Source: ``docs/derivations/actuator.md``, "Where the useful range ends".
+
+    Example:
+        >>> from spiral_core import FiberAngles, NeoHookean, Tube
+        >>> actuator = Actuator(
+        ...     tube=Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5),
+        ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)),
+        ...     material=NeoHookean(c1=145.0e3),
+        ... )
+        >>> branch = useful_branch(actuator)
+        >>> round(branch.path.stretch_at(branch.end), 4), branch.limit.name
+        (1.9999, 'FIBER_LOCKING')
     """
+    if actuator.pressure_law is PressureLaw.UNIFORM:
+        require_extending(actuator.fiber_pair)
+        straight = actuator.without_single_fibers()
+        path, branch = section_path(straight.fiber_set), section_branch(straight)
+        # Short of what ends it by a part of the elongation, not of the strain.
+        rise = path.stretch_at(branch.end / (1.0 - END_MARGIN)) - 1.0
+        end = path.strain_from_stretch(1.0 + (1.0 - END_MARGIN) * rise)
+        return _even_shapes(actuator, path, branch._replace(end=end))
     branch = section_branch(actuator)
     if branch.path.direction < 0.0 and actuator.single_fibers:
         require_extending(actuator.fiber_pair)
@@ -239,7 +269,7 @@ def section_curve(actuator: Actuator) -> Branch:
         )
     if actuator.curvature_form is CurvatureForm.EXACT:
         return branch
-    return _first_order(actuator, section_path(actuator.fiber_set), branch)
+    return _even_shapes(actuator, section_path(actuator.fiber_set), branch)
 
 
 def section_branch(actuator: Actuator) -> Branch:
@@ -270,10 +300,11 @@ def section_branch(actuator: Actuator) -> Branch:
     return Branch(path, PressurePanels(work, path.volume_slope), end, limit)
 
 
-def _first_order(actuator: Actuator, path: SectionPath, branch: Branch) -> Branch:
-    """Return the shapes of an evenly stretched wall at the stretches of a path.
+def _even_shapes(actuator: Actuator, path: SectionPath, branch: Branch) -> Branch:
+    """Return a branch with the shapes of an evenly stretched wall at its stretches.
 
-    They end no farther than the twist of an even tube is known.
+    They end no farther than the twist of an even tube is known, and than it leaves the straight
+    fiber its length.
     """
     pair, end, limit = actuator.fiber_pair, branch.end, branch.limit
     lock = locking_stretch(pair)
@@ -283,19 +314,34 @@ def _first_order(actuator: Actuator, path: SectionPath, branch: Branch) -> Branc
     value, slope = path.stretch.with_slope(end)
     rate = value + end * slope
     right = end + (lock - path.stretch_at(end)) / rate if rate > 0.0 else math.inf
+    taut = None
+    if actuator.curvature_form is CurvatureForm.EXACT:
+        ratio = actuator.fiber_radius / actuator.tube.inner_radius
+        nodes = (end * np.sqrt(np.linspace(0.0, 1.0, SCAN))).tolist()
+        taut = first_sign_change(
+            lambda size: 1.0 - ratio * abs(fiber_state(pair, path.stretch_at(size)).twist), nodes
+        )
+    if taut is not None:
+        stretch = path.stretch_at(taut)
+        end = path.strain_from_stretch(stretch - END_MARGIN * (stretch - 1.0))
+        right, limit = taut, ActuationLimit.STRAIGHT_FIBER_LOCKING
     edges = graded_edges(end, path.edges[1] / PANEL_WIDTH, right, PANEL_WIDTH)
-    sizes = panel_nodes(edges)
-    rows = []
-    for size in sizes.ravel().tolist():
-        rise = path.stretch(size)
-        stretch = 1.0 + size * rise
-        per_size = rise / (stretch - 1.0)
-        twist = fiber_state(pair, stretch).twist
-        curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius
-        rows.append((curvature * per_size, twist * per_size))
-    bend, turn = (Panels(edges, one) for one in np.array(rows).T.reshape(2, *sizes.shape))
-    shapes = replace(path, curvature=bend, torsion=turn)
-    return Branch(shapes, branch.pressure, end, limit)
+
+    def sample(sizes: Array) -> Array:
+        rows = []
+        for size in sizes.ravel().tolist():
+            rise = path.stretch(size)
+            stretch = 1.0 + size * rise
+            # Over the elongation of the rounded stretch, the quotients have no rounding of it.
+            per_size = rise / (stretch - 1.0)
+            twist = fiber_state(pair, stretch).twist
+            curvature = even_curvature(actuator, stretch, twist) * actuator.wound_radius
+            rows.append((curvature * per_size, twist * per_size))
+        return np.array(rows).T.reshape(2, *sizes.shape)
+
+    edges, samples = refined_panels(edges, sample, TAIL_TOLERANCE, HALVINGS)
+    bend, turn = (Panels(edges, one) for one in samples)
+    return branch._replace(path=replace(path, curvature=bend, torsion=turn), end=end, limit=limit)
 
 
 def mean_energy_slope(motion: Motion, material: HyperelasticLaw) -> Array:

@@ -376,7 +376,7 @@ class Problem:
             SolverError: there are no residuals on either side.
         """
         columns = []
-        for step in np.diag(DIFFERENCE_STEP * self.model.scales):
+        for step in np.diag(DIFFERENCE_STEP * self.model.parameters.scale):
             change = slope(self.residuals, values, step)
             if change is None:
                 raise SolverError(CalibrationStatus.STUCK, math.inf, 1)
@@ -392,8 +392,8 @@ class Problem:
         """
         from scipy.optimize import least_squares
 
-        scales = self.model.scales
-        low, high = (limit / scales for limit in self.model.limits)
+        _, scales, low, high = self.model.parameters
+        low, high = low / scales, high / scales
         begin = np.clip(start / scales, low + DIFFERENCE_STEP, high - DIFFERENCE_STEP)
         self.residuals(begin * scales)  # the start must be an answer: say why if not
 
@@ -455,7 +455,7 @@ def _require_seen(calibration: Calibration) -> None:
     names = [name for name in calibration.names if name not in calibration.at_bound]
     if not names:
         return
-    scales = calibration.model.scales / max(calibration.error_scale, 1.0)
+    scales = calibration.model.parameters.scale / max(calibration.error_scale, 1.0)
     free = np.isin(calibration.names, names)
     effects = (calibration.jacobian[calibration.fitted] * scales)[:, free]
     _, singular, directions = np.linalg.svd(effects, full_matrices=False)

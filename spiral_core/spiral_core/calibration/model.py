@@ -9,7 +9,8 @@ the backbone. Shapes and grips are those of the mounted gripper under its weight
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
@@ -47,6 +48,33 @@ GENT_EXTENSION_LIMIT = 50.0
 # Chains that run out at 1e4 never do in any tube: the law is neo-Hookean there, and a fit that
 # wants more should stop and say so.
 EXTENSION_LIMIT_MAX = 1.0e4
+
+
+# Constants to start from that give a modulus [Pa] at rest.
+OF_SAME_MODULUS: dict[Any, Callable[[float], dict[str, float]]] = {
+    NeoHookean: lambda modulus: {"c1": modulus / 6.0},
+    MooneyRivlin: lambda modulus: {"c1": modulus / 8.0, "c2": modulus / 24.0},
+    Yeoh: lambda modulus: {"c1": modulus / 6.0, "c2": 0.0, "c3": 0.0},
+    Gent: lambda modulus: {
+        "shear_modulus": modulus / 3.0,
+        "extension_limit": GENT_EXTENSION_LIMIT,
+    },
+}
+
+
+class Parameters(NamedTuple):
+    """What is known of parameters beforehand, (p,) each.
+
+    Attributes:
+        start: the material's own, or of a law of the same modulus.
+        scale: magnitudes > 0, in which steps are measured.
+        low, high: the lowest and highest value by their nature.
+    """
+
+    start: Array
+    scale: Array
+    low: Array
+    high: Array
 
 
 class FittedQuantity(Enum):
@@ -163,27 +191,38 @@ class CalibrationModel:
         return (*constants, *(quantity.value for quantity in self.quantities))
 
     @property
-    def scales(self) -> Array:
-        """A magnitude of each parameter (p,), > 0, in which steps are measured."""
-        known = _starting_values(self.actuator, self.fitted_law)
-        moduli = {*constants_of(self.fitted_law)} - {"extension_limit"}
-        known |= dict.fromkeys(moduli, self.actuator.material.small_strain_modulus / 6.0)
-        return np.array([known[name] for name in self.names])
+    def parameters(self) -> Parameters:
+        """Values to start from, magnitudes and limits of the parameters.
 
-    @property
-    def limits(self) -> tuple[Array, Array]:
-        """The lowest and highest value that each parameter can have by its nature, (p,) each."""
-        free = {"c2", "c3"} | ({"c1"} if self.fitted_law is MooneyRivlin else set())
-        # A positive quantity may fall to a millionth of its magnitude, never to zero itself.
-        low: Array = np.where([name in free for name in self.names], -np.inf, 1e-6 * self.scales)
-        ends = [name == "extension_limit" for name in self.names]
-        return low, np.where(ends, EXTENSION_LIMIT_MAX, np.inf)
-
-    def start(self) -> Array:
-        """Return the values to start from: the material's own, or those of the same modulus."""
-        known = _starting_values(self.actuator, self.fitted_law)
-        start: Array = np.clip([known[name] for name in self.names], *self.limits)
-        return start
+        Raises:
+            InvalidInputError: there is nothing to start the law from.
+        """
+        material, law = self.actuator.material, self.fitted_law
+        modulus, stiffness = material.small_strain_modulus, stiffness_from_actuator(self.actuator)
+        if isinstance(material, law):
+            constants = {name: float(getattr(material, name)) for name in constants_of(law)}
+        elif law in OF_SAME_MODULUS:
+            require_positive("small_strain_modulus", modulus)
+            constants = OF_SAME_MODULUS[law](modulus)
+        else:
+            known = ", ".join(one.__name__ for one in OF_SAME_MODULUS)
+            requirement = f"the actuator's own, to start from its constants, or {known}"
+            raise InvalidInputError("law", law.__name__, requirement)
+        given = constants | {
+            FittedQuantity.BENDING_STIFFNESS.value: stiffness.bending,
+            FittedQuantity.TORSIONAL_STIFFNESS.value: stiffness.torsional,
+            FittedQuantity.STRAIGHT_FIBER_RADIUS.value: self.actuator.fiber_radius,
+        }
+        signed = {"c2", "c3"} | ({"c1"} if law is MooneyRivlin else set())
+        rows = []
+        for name in self.names:
+            ends = name == "extension_limit"
+            scale = modulus / 6.0 if name in constants and not ends else given[name]
+            # A positive quantity may fall to a millionth of its magnitude, never to zero itself.
+            low = -np.inf if name in signed else 1e-6 * scale
+            high = EXTENSION_LIMIT_MAX if ends else np.inf
+            rows.append((min(max(given[name], low), high), scale, low, high))
+        return Parameters(*np.array(rows).T)
 
     def actuator_from(self, values: Iterable[float]) -> Actuator:
         """Return the actuator with these parameter values.
@@ -256,32 +295,6 @@ def constants_of(law: type[HyperelasticLaw]) -> tuple[str, ...]:
     if not (dataclasses.is_dataclass(law) and law.__hash__ is not None):
         raise InvalidInputError("law", law, "a frozen dataclass whose fields are its constants")
     return tuple(constant.name for constant in dataclasses.fields(law))
-
-
-def _starting_values(actuator: Actuator, law: type[HyperelasticLaw]) -> dict[str, float]:
-    """Return values to start from, for every parameter there can be."""
-    stiffness = stiffness_from_actuator(actuator)
-    values = {
-        FittedQuantity.BENDING_STIFFNESS.value: stiffness.bending,
-        FittedQuantity.TORSIONAL_STIFFNESS.value: stiffness.torsional,
-        FittedQuantity.STRAIGHT_FIBER_RADIUS.value: actuator.fiber_radius,
-    }
-    if isinstance(actuator.material, law):
-        own = {name: float(getattr(actuator.material, name)) for name in constants_of(law)}
-        return values | own
-    modulus = require_positive("small_strain_modulus", actuator.material.small_strain_modulus)
-    same_modulus: dict[Any, dict[str, float]] = {
-        NeoHookean: {"c1": modulus / 6.0},
-        MooneyRivlin: {"c1": modulus / 8.0, "c2": modulus / 24.0},
-        Yeoh: {"c1": modulus / 6.0, "c2": 0.0, "c3": 0.0},
-        Gent: {"shear_modulus": modulus / 3.0, "extension_limit": GENT_EXTENSION_LIMIT},
-    }
-    if law not in same_modulus:
-        known = ", ".join(one.__name__ for one in same_modulus)
-        raise InvalidInputError(
-            "law", law.__name__, f"the actuator's own, to start from its constants, or {known}"
-        )
-    return values | same_modulus[law]
 
 
 # Step for the slope over the pressure, as a fraction of it: far above the rod's tolerance, and so
@@ -430,20 +443,21 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
         groups.setdefault((type(one), one.pressure, *of), []).append(k)
     found = []
     for places in (group for group in groups.values() if len(group) > 1):
-        values = np.array([readings[k].measured for k in places])
-        errors = effective_errors(trial, [readings[k] for k in places]).reshape(values.shape)
-        pairs = np.argsort(values, axis=0, kind="stable")[[0, -1]]  # lowest and highest
-        apart = np.ptp(values, axis=0) / np.hypot(*np.take_along_axis(errors, pairs, axis=0))
-        worst = int(np.argmax(apart))
-        if apart[worst] > FAR_APART:
-            pair = pairs[:, worst].tolist()
+        chosen = [readings[k] for k in places]
+        values = np.array([one.measured for one in chosen])
+        errors: Array = effective_errors(trial, chosen).reshape(values.shape)
+        pairs = []
+        for read, error in zip(values.T.tolist(), errors.T.tolist(), strict=True):
+            low, *_, high = sorted(zip(read, error, places, strict=True))
+            pairs.append(((high[0] - low[0]) / math.hypot(low[1], high[1]), low, high))
+        apart, low, high = max(pairs)
+        if apart > FAR_APART:
             reason = (
-                f"alike: at one pressure they are {apart[worst]:.3g} standard errors of their "
+                f"alike: at one pressure they are {apart:.3g} standard errors of their "
                 "difference apart; state the error that repeats show, or fit without outliers"
             )
-            read = tuple(values[pair, worst].tolist())
-            quantity = readings[places[0]].quantity
-            found.append(Contradiction(tuple(places[k] for k in pair), quantity, read, reason))
+            quantity, both = readings[low[2]].quantity, (low[0], high[0])
+            found.append(Contradiction((low[2], high[2]), quantity, both, reason))
     return found
 
 
@@ -490,7 +504,7 @@ def starting_values(model: CalibrationModel, readings: Sequence[Reading]) -> Arr
     """
     stiffened, beyond = np.array([name != "extension_limit" for name in model.names]), None
     for factor in STIFFENING:
-        values: Array = np.where(stiffened, factor, 1.0) * model.start()
+        values: Array = np.where(stiffened, factor, 1.0) * model.parameters.start
         beyond = Trial(actuation_of(model.actuator_from(values))).highest_beyond(readings)
         if beyond is None:
             return values

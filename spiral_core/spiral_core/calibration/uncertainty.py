@@ -29,6 +29,7 @@ from spiral_core.calibration.fit import Calibration, calibrate
 from spiral_core.calibration.regression import DEFAULT_LEVEL, Interval, Scatter, slope
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.message import Message, Quantity
+from spiral_core.numerics.tasks import in_turn
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.types import Array
 from spiral_core.wrap.curve import WrapCurve
@@ -217,9 +218,8 @@ def pressure_uncertainty_by_draws(
         raise InvalidInputError("draws", draws, f"at least {DRAWS_MIN}")
     calibration.interval_factor(level)  # checks the level
     best = [wrap.pressure for wrap in _wraps(calibration, radii)]
-    run = map if executor is None else executor.map
     pressures_of = partial(_drawn, calibration, tuple(radii))
-    table = np.array(list(run(pressures_of, _draws(calibration, seed, draws))))
+    table = np.array(list(in_turn(pressures_of, _draws(calibration, seed, draws), executor)))
     found = []
     for radius, pressure, column in zip(radii, best, table.T, strict=True):
         answers = column[np.isfinite(column)]

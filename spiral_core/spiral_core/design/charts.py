@@ -17,10 +17,10 @@ from spiral_core.actuator.curvature import longest_stretch, unloaded_shape_from_
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
-from spiral_core.design.sweep import in_turn
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import Progress, grip_window
+from spiral_core.numerics.tasks import in_turn
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.curve import WrapCurve
@@ -228,7 +228,7 @@ def contact_chart(
     chart = regime_chart(curve, radius_min, radius_max, CONTACT_POINTS)
     window = partial(_window, curve.gripper)
     windows = in_turn(window, chart.radius.tolist(), executor, progress)
-    onset, curling, loss = np.array(windows).T
+    onset, curling, loss = np.array(list(windows)).T
     return replace(chart, onset_wrap=onset, onset_curling=curling, loss=loss)
 
 

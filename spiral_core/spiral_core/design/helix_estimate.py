@@ -12,8 +12,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from spiral_core.actuator.actuation import FreeActuation
-from spiral_core.actuator.curve import clustered_nodes
 from spiral_core.errors import NotGrippableError
 from spiral_core.numerics.roots import first_sign_change, minimum
 from spiral_core.wrap.helix import Helix
@@ -96,7 +97,9 @@ def widest_helix(actuation: FreeActuation) -> tuple[float, list[float]]:
     With a straight fiber it is infinite, but for rounding: the helix of the tube at rest.
     """
     end = actuation.stretch_limit
-    nodes = [1.0 + START * (end - 1.0), *clustered_nodes(end, SCAN_NODES)[1:]]
+    # Denser towards the end, near which curves bend like a square root.
+    nodes = (end - (end - 1.0) * np.linspace(1.0, 0.0, SCAN_NODES) ** 2).tolist()
+    nodes[0] = 1.0 + START * (end - 1.0)
     radii = [helix_radius(actuation, node) for node in nodes]
     widest = max(range(len(nodes)), key=radii.__getitem__)
     if widest == 0:

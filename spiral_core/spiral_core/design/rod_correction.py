@@ -17,7 +17,6 @@ from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.design.helix_estimate import GripFigures, helix_radius, helix_stretch, turn_spacing
 from spiral_core.design.requirement import Candidate, DesignRequirement
 from spiral_core.errors import NoCoilError, NotGrippableError, SolverError
-from spiral_core.numerics.roots import minimum
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import (
     DEFAULT_FRICTION,
@@ -57,11 +56,8 @@ RUNG = 1.06
 # mounts, 1.33 about given axes. Shorter ones are not solved.
 SHORTEST = 1.2
 SHORTEST_ABOUT_AXIS = 1.4
-# The crests between them are located that are as high as this fraction of the highest, and that
-# may exceed it by this fraction where the radius bends downwards.
+# Lengths that hold less than this fraction of what another holds for certain are not solved.
 CREST = 0.95
-CREST_GAIN = 1e-3
-CREST_STEPS = 6
 # Where no pressure limit is required, that of the design is this fraction above what the smallest
 # object needs: past 25 % or so a coil unwinds from what it holds.
 PRESSURE_RESERVE = 0.2
@@ -155,6 +151,8 @@ class LengthSearch:
         held: lengths that were solved for another largest object, and what they hold.
 
     Attributes:
+        outer: outer radius of the tube [m].
+        wanted: contact radius of the largest object, to the tube's centerline [m].
         held: largest radius that each length solved holds [m]; 0 where none coils.
         reached: the largest object that any length within the limit holds [m], where none holds
             all of them.
@@ -171,6 +169,8 @@ class LengthSearch:
         self.candidate = candidate
         self.start = start
         self.pressure_max = _sufficient_pressure(requirement, candidate)
+        self.outer = candidate.tube.outer_radius
+        self.wanted = requirement.radius_max + self.outer
         self.limit = requirement.length_max or math.inf
         self.longest = min(LONGEST * start, longest_length(requirement, candidate))
         # Longer ones, solved for a larger object, are not offered for this one.
@@ -235,9 +235,8 @@ class LengthSearch:
         """Step towards the length as a helix would, until one holds the largest object."""
         if self._bracket() is not None:
             return
-        wanted = self.requirement.radius_max
         length = min(self.start, length_at_sag(self.requirement, self.candidate, SAG_AT_START))
-        length = min(max(length, self.shortest(wanted)), self.longest)
+        length = min(max(length, self.shortest(self.requirement.radius_max)), self.longest)
         if any(self.held.values()):  # known for another largest object: from the best of them
             length = max(self.held, key=self.held.__getitem__)
         excess, slope = self._excess(length), 1.0
@@ -258,7 +257,7 @@ class LengthSearch:
     def _scan(self, longest: float) -> None:
         """Solve the lengths up to one [m], from the shortest, until one holds the largest object.
 
-        If none does within the limit of the length, what it can hold there is located.
+        If none does within the limit of the length, the most that one of them holds is kept.
         """
         shortest = self.shortest(self.requirement.radius_max)
         for length in self.lengths(longest):
@@ -269,16 +268,6 @@ class LengthSearch:
             if length < self.shortest(CREST * self.reached):
                 break
             self.reached = max(self.reached, self._solved(length))
-        lengths = [x for x in self.lengths(longest) if x in self.held]
-        for low, crest, end in zip(lengths, lengths[1:], lengths[2:], strict=False):
-            high = self.reached if crest <= self.limit else self.requirement.radius_max
-            fall = self.held[crest] - min(self.held[low], self.held[end])
-            if self.held[crest] + fall < (1.0 + CREST_GAIN) * high:
-                continue
-            if self.held[crest] >= max(CREST * high, self.held[low], self.held[end]):
-                place = minimum(lambda x: -self._solved(x), low, end, CREST_STEPS)
-                if place <= self.limit:
-                    self.reached = max(self.reached, self._solved(place))
 
     def lengths(self, longest: float, shortest: float | None = None) -> list[float]:
         """Return the lengths up to one that are gone through [m]: they depend on no object."""
@@ -288,9 +277,8 @@ class LengthSearch:
 
     def shortest(self, radius: float) -> float:
         """Return a length [m] that is too short for an object of a radius [m]."""
-        outer, wanted = self.candidate.tube.outer_radius, self.requirement.radius_max
         shorter = SHORTEST if self.requirement.object_axis is None else SHORTEST_ABOUT_AXIS
-        return self.start * (radius + outer) / (wanted + outer) / shorter
+        return self.start * (radius + self.outer) / self.wanted / shorter
 
     def _bracket(self) -> tuple[float, float] | None:
         """Return the last length that is too short (0 if none is) and the first that is not [m]."""
@@ -323,9 +311,8 @@ class LengthSearch:
 
     def _excess(self, length: float) -> float:
         """Return log of the largest centerline radius over the one wanted; -inf: no coil."""
-        radius, outer = self._solved(length), self.candidate.tube.outer_radius
-        wanted = self.requirement.radius_max
-        return math.log((radius + outer) / (wanted + outer)) if radius else -math.inf
+        radius = self._solved(length)
+        return math.log((radius + self.outer) / self.wanted) if radius else -math.inf
 
     def _solved(self, length: float) -> float:
         """Return the radius up to which a length [m] holds all objects [m]; 0 if none coils."""

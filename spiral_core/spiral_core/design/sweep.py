@@ -7,13 +7,12 @@ threads, processes, or a cluster's.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from operator import le
-from typing import TypeVar
 
 import numpy as np
 
@@ -24,11 +23,9 @@ from spiral_core.design.margin import Constraint
 from spiral_core.design.requirement import Candidate, DesignRequirement, TubeSize
 from spiral_core.errors import InvalidInputError
 from spiral_core.grip.window import Progress
+from spiral_core.numerics.tasks import in_turn
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_positive
-
-_Question = TypeVar("_Question")
-_Answer = TypeVar("_Answer")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -173,18 +170,3 @@ def closed_pareto_set(
 def _closed(requirement: DesignRequirement, point: Evaluation) -> Evaluation:
     """Return a candidate whose gripper was also closed on the objects."""
     return judged(requirement, point, close_on_objects(requirement, point, lambda _: None))
-
-
-def in_turn(
-    solve: Callable[[_Question], _Answer],
-    questions: Sequence[_Question],
-    executor: Executor | None,
-    progress: Progress | None,
-) -> list[_Answer]:
-    """Return the answers in the order of the questions; the last two: see :func:`solve_points`."""
-    answers: list[_Answer] = []
-    for answer in (map if executor is None else executor.map)(solve, questions):
-        answers.append(answer)
-        if progress is not None:
-            progress(len(answers), len(questions))
-    return answers

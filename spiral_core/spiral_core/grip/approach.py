@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 from typing import Any
@@ -19,9 +19,10 @@ from spiral_core.errors import NoCoilError, NotGrippableError, SolverError, Spir
 from spiral_core.grip.capture import CaptureOutcome, CaptureRegion, capture_region, close_misplaced
 from spiral_core.grip.grip import Grip, recommended_grip
 from spiral_core.grip.holding import Pull, holding_force
-from spiral_core.grip.places import FARTHEST_SHIFT, evenly, mapping, missing_to_wrap
-from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.places import FARTHEST_SHIFT, evenly, missing_to_wrap
+from spiral_core.grip.setup import GripSetup, lay_into_coil, vector_of
 from spiral_core.grip.window import GripPoint, Progress, WindowEnd, grip_window
+from spiral_core.numerics.tasks import resume
 from spiral_core.rod.contact.obstacles import Quaternion
 from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import (
@@ -117,7 +118,7 @@ class ApproachTask:
     def mounted(self, gravity: Vector, axis: Vector | None = None) -> Gripper:
         """Return the gripper with gravity along a unit vector in the base frame."""
         magnitude = math.hypot(*self.gravity)
-        return self.gripper.with_mount(_vector(magnitude * np.array(gravity)), axis)
+        return self.gripper.with_mount(vector_of(magnitude * np.array(gravity)), axis)
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +199,7 @@ class Approach:
     def position(self) -> Vector:
         """Of the base in the world, relative to the middle of what is gripped of the object [m]."""
         center = np.array(self.point.setup.obstacle.position)
-        return _vector(base_rotation(self.task, self.pose).apply(-center))
+        return vector_of(base_rotation(self.task, self.pose).apply(-center))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -305,7 +306,7 @@ def candidate_poses(task: ApproachTask, directions: int = DIRECTIONS) -> tuple[B
 
 def _turned(task: ApproachTask, down: Array) -> list[BasePose]:
     """Return the poses of a direction of gravity: the object turned about it."""
-    gravity = _vector(down)
+    gravity = vector_of(down)
     if task.sine < PARALLEL:
         return [BasePose(gravity, gravity)]
     try:
@@ -314,17 +315,12 @@ def _turned(task: ApproachTask, down: Array) -> list[BasePose]:
         coil = down
     axes = _turns(down, TURNS).apply(_aligned(down, task.down).apply(task.axis))
     nearest = np.argsort(-np.abs(axes @ coil), kind="stable")[: EVERY * TRIED : EVERY]
-    return [BasePose(gravity, _vector(axis)) for axis in axes[nearest]]
+    return [BasePose(gravity, vector_of(axis)) for axis in axes[nearest]]
 
 
 def _turns(axis: Array, count: int) -> Rotation:
     """Return evenly spaced turns about an axis."""
     return Rotation.from_rotvec(2.0 * math.pi * np.arange(count)[:, None] / count * axis)
-
-
-def _vector(values: Array) -> Vector:
-    x, y, z = values.tolist()
-    return (x, y, z)
 
 
 def screen(task: ApproachTask, pose: BasePose) -> Trial:
@@ -405,10 +401,9 @@ def find_approaches(
         At most three approaches, the best first; none where no pose tried grips: the answer then
         has the reasons and the nearest pose.
     """
-    search = _Search(task, executor, progress, dict(known or {}), keep)
+    search = Search(task, executor, progress, dict(known or {}), keep)
     tried = search.screened(coarse=coarse)
-    gripping = {pose: trial for pose, trial in tried.items() if not trial.refusal}
-    best = gripping if coarse else search.judged(gripping)
+    best = search.judged(tried, coarse=coarse)
     approaches = []
     for pose in distinct(task, best, REPORTED):
         try:
@@ -423,18 +418,6 @@ def find_approaches(
     return ApproachAnswer(task, tuple(approaches), tried | best)
 
 
-def judged_poses(task: ApproachTask, executor: Executor | None = None) -> dict[BasePose, Trial]:
-    """Return the poses of a search that were judged by the size of their region, without regions.
-
-    Args:
-        task: the object in the world, and the limit of the arm.
-        executor: where; None computes here.
-    """
-    search = _Search(task, executor, None, {}, None)
-    tried = search.screened(coarse=False)
-    return search.judged({pose: trial for pose, trial in tried.items() if not trial.refusal})
-
-
 def distinct(task: ApproachTask, trials: Mapping[BasePose, Trial], count: int) -> list[BasePose]:
     """Return the best poses that differ by more than 20 degrees, the best first."""
     found: list[BasePose] = []
@@ -447,14 +430,22 @@ def distinct(task: ApproachTask, trials: Mapping[BasePose, Trial], count: int) -
 
 
 @dataclass(frozen=True, slots=True)
-class _Search:
-    """Results for poses, here or on an executor, each computed once."""
+class Search:
+    """Results for poses, here or on an executor, each computed once.
+
+    Args:
+        task: the object in the world, and the limit of the arm.
+        executor: see :func:`find_approaches`, as are the others.
+        progress: of each stage.
+        known: results by key.
+        keep: called with each new one.
+    """
 
     task: ApproachTask
-    executor: Executor | None
-    progress: Progress | None
-    known: dict[Key, Found]
-    keep: Callable[[Key, Found], None] | None
+    executor: Executor | None = None
+    progress: Progress | None = None
+    known: dict[Key, Found] = field(default_factory=dict)
+    keep: Callable[[Key, Found], None] | None = None
 
     def screened(self, *, coarse: bool) -> dict[BasePose, Trial]:
         """Return what poses do on few elements: spread out, then around the nearest."""
@@ -468,8 +459,14 @@ class _Search:
             tried |= self.around(screen, distinct(task, tried, NEAREST), AROUND, part)
         return tried
 
-    def judged(self, gripping: Mapping[BasePose, Trial]) -> dict[BasePose, Trial]:
-        """Return how large the regions of the strongest poses are, then of some around the best."""
+    def judged(self, tried: Mapping[BasePose, Trial], *, coarse: bool) -> dict[BasePose, Trial]:
+        """Return the poses that grip; unless coarse the strongest with their regions' size.
+
+        Then some around the best of them.
+        """
+        gripping = {pose: trial for pose, trial in tried.items() if not trial.refusal}
+        if coarse:
+            return gripping
         best = self.solve(judge, distinct(self.task, gripping, JUDGED))
         best |= self.around(judge, distinct(self.task, best, REPORTED), VARIED, VARIED_PART)
         return best
@@ -477,12 +474,9 @@ class _Search:
     def solve(self, stage: Stage, poses: Sequence[BasePose]) -> dict[BasePose, Trial]:
         """Return what poses do."""
         keys = {pose: _key(stage.__name__, pose) for pose in poses}
-        wanted = [pose for pose in keys if keys[pose] not in self.known]
-        found = mapping(self.executor)(partial(stage, self.task), wanted)
-        for count, (pose, trial) in enumerate(zip(wanted, found, strict=True), start=1):
-            self.note(keys[pose], trial)
-            if self.progress is not None:
-                self.progress(count, len(wanted))
+        items = {key: pose for pose, key in keys.items()}
+        task = partial(stage, self.task)
+        resume(task, items, self.known, self.keep, self.executor, self.progress)
         return {pose: self.known[key] for pose, key in keys.items()}
 
     def around(
@@ -497,8 +491,8 @@ class _Search:
         others = []
         for pose, step in product(poses, part * evenly(count, 6)):
             turn = Rotation.from_rotvec(LARGEST_TURN * step[:3])
-            gravity, axis = (_vector(turn.apply(each)) for each in (pose.gravity, pose.axis))
-            others.append(BasePose(gravity, axis, _vector(pose.shift + reach * step[3:])))
+            gravity, axis = (vector_of(turn.apply(each)) for each in (pose.gravity, pose.axis))
+            others.append(BasePose(gravity, axis, vector_of(pose.shift + reach * step[3:])))
         return self.solve(stage, [each for each in others if tilt_of(each) <= self.task.tilt_max])
 
     def with_region(self, approach: Approach) -> Approach:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -22,9 +22,10 @@ import numpy as np
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
-from spiral_core.grip.places import FARTHEST_SHIFT, moved
+from spiral_core.grip.places import FARTHEST_SHIFT
 from spiral_core.grip.setup import GripSetup, hanging_tube
 from spiral_core.grip.window import GripPoint, Progress, raised
+from spiral_core.numerics.tasks import resume
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.state import RodStatus
 from spiral_core.rod.types import Array
@@ -112,7 +113,7 @@ def close_misplaced(
     off = require_vector("misplacement", misplacement, 5)
     radius = require_positive("radius", setup.obstacle.shape.feature_radius + off[4])
     count = setup.element_count if elements is None else elements
-    there = moved(replace(setup, elements=count), np.array((0.0, *off[:4])))
+    there = replace(setup, elements=count).moved(np.array((0.0, *off[:4])))
     there = replace(there, obstacle=replace(there.obstacle, shape=Cylinder(radius)))
     try:
         point, path = raised(GripPoint(0.0, there, hanging_tube(there)), pressure)
@@ -141,7 +142,7 @@ def _weight(setup: GripSetup, pressure: float, payload: float | None) -> float:
     require_in_range("pressure", require_positive("pressure", pressure), 0.0, limit, "Pa")
     if payload is None:
         return 0.0
-    weight = require_positive("payload", payload) * math.hypot(*setup.gripper.gravity)
+    weight = setup.weight_of(payload)
     if not weight > 0.0:
         raise InvalidInputError("payload", payload, "none without gravity", "kg")
     return weight
@@ -495,62 +496,27 @@ class _Closings:
         keep: Callable[[Misplacement, CaptureOutcome], None] | None,
         known: Mapping[Misplacement, CaptureOutcome] | None,
     ) -> None:
-        self._task, self._executor = task, executor
-        self._progress = progress or (lambda *_: None)
-        self._keep = keep or (lambda *_: None)
+        self._task, self._executor, self._progress, self._keep = task, executor, progress, keep
         self._known = dict(known or {})
         self._done, self.total = 0, 1
         self.used: set[Misplacement] = set()
 
     def solve(self, searches: Sequence[Search]) -> list[Any]:
-        """Return the answers of searches, in their order; none waits for another."""
-        said = [next(search) for search in searches]
-        asked: dict[Misplacement, list[int]] = {}
-        waiting: list[Misplacement] = []
-        running: dict[Future[CaptureOutcome], Misplacement] = {}
-        going = list(range(len(said)))
-        try:
-            while True:
-                for number in going:
-                    said[number] = place = self._gone_on(searches[number], said[number])
-                    if isinstance(place, tuple):
-                        if place not in asked:
-                            waiting.append(place)
-                        asked.setdefault(place, []).append(number)
-                while waiting and (self._executor or not running):
-                    place = waiting.pop(0)
-                    running[self._closing(place)] = place
-                if not running:
-                    self._done += len(said)
-                    return said
-                going = []
-                for job in wait(running, return_when=FIRST_COMPLETED).done:
-                    place = running.pop(job)
-                    self._known[place] = outcome = job.result()
-                    self._keep(place, outcome)
-                    open_ones = sum(isinstance(each, tuple) for each in said)
-                    self._progress(self._done + len(said) - open_ones, self.total)
-                    going += asked.pop(place)
-        finally:
-            for job in running:
-                job.cancel()
-
-    def _gone_on(self, search: Search, said: Misplacement | Answer) -> Misplacement | Answer:
-        """Go on with a search; return the misplacement that it waits for, or its answer."""
-        while isinstance(said, tuple):
-            self.used.add(said)
-            if said not in self._known:
-                break
-            said = search.send(self._known[said])
+        """Return the answers of searches, in their order; all go on at once, step by step."""
+        said: list[Any] = [next(search) for search in searches]
+        while going := [n for n, place in enumerate(said) if isinstance(place, tuple)]:
+            wanted = {said[n]: said[n] for n in going}
+            self.used.update(wanted)
+            told = partial(self._told, self._done + len(said) - len(going))
+            resume(self._task, wanted, self._known, self._keep, self._executor, told)
+            for n in going:
+                said[n] = searches[n].send(self._known[said[n]])
+        self._done += len(said)
         return said
 
-    def _closing(self, place: Misplacement) -> Future[CaptureOutcome]:
-        """Close on a misplaced object, on the executor or here."""
-        if self._executor is not None:
-            return self._executor.submit(self._task, place)
-        here = Future[CaptureOutcome]()
-        here.set_result(self._task(place))
-        return here
+    def _told(self, done: int, *_: int) -> None:
+        if self._progress is not None:
+            self._progress(done, self.total)
 
 
 def _outcome(

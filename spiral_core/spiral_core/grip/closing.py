@@ -355,10 +355,8 @@ def closing_spread(
     if not closing.is_complete:
         raise InvalidInputError("closing", closing, "a complete one")
     setup = closing.setup
-    x, y, z = (PERTURBED * setup.gripper.tube.length * setup.axis).tolist()
-    along, back = (
-        replace(setup, obstacle=setup.obstacle.moved(shift)) for shift in ((x, y, z), (-x, -y, -z))
-    )
+    shift = np.array((PERTURBED * setup.gripper.tube.length, 0.0, 0.0, 0.0, 0.0))
+    along, back = setup.moved(shift), setup.moved(-shift)
     finer = replace(setup, elements=math.ceil(FINER * setup.element_count))
     repeated = ((along, 1.0), (back, 1.0), (finer, 0.5))
     closings = [closing]

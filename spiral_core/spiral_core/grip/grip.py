@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import pairwise, product
@@ -26,6 +26,7 @@ from spiral_core.grip.window import (
     grip_window,
 )
 from spiral_core.message import Message, Quantity
+from spiral_core.numerics.tasks import resume
 from spiral_core.rod.types import Array, Vector
 from spiral_core.rounding import rounded_down
 from spiral_core.validation import require_positive
@@ -55,7 +56,7 @@ class RangeEnd(Enum):
     LOOKED_AT = "the last pressure looked at"
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Grip:
     """A gripper around an object: at which pressures it holds, and how much.
 
@@ -65,15 +66,11 @@ class Grip:
         forces: for each way of moving the object, what holds it at each pressure (m).
     """
 
+    __repr__ = brief_repr
+
     window: GripWindow
     points: tuple[GripPoint, ...]
     forces: Mapping[Pull, tuple[HoldingForce, ...]]
-
-    def __repr__(self) -> str:
-        best = ", ".join(
-            f"{pull.name} {_largest(self.force(pull))}" for pull in self.forces if self.points
-        )
-        return f"Grip({self.window!r}, largest forces [N, N m]: {best or 'none looked at'})"
 
     @property
     def setup(self) -> GripSetup:
@@ -222,17 +219,14 @@ class Grip:
             chosen = float(possible[np.argmin(np.abs(possible - best))])
             if chosen in at:
                 return chosen
-            exact = holding_force(self.window.at(chosen), Pull.DOWN).force / self._weight(payload)
+            exact = holding_force(self.window.at(chosen), Pull.DOWN).force / self.setup.weight_of(
+                payload
+            )
             if exact >= PAYLOAD_SAFETY:
                 return chosen
             place = int(np.searchsorted(at, chosen))
             at, ratio = np.insert(at, place, chosen), np.insert(ratio, place, exact)
             tries += 1
-
-    def _weight(self, payload: float) -> float:
-        """Return the weight of a mass [N]."""
-        gravity = float(np.linalg.norm(self.setup.gripper.gravity))
-        return require_positive("payload", payload) * gravity
 
     def payload_ratio(self, payload: float) -> Array:
         """Return holding force along gravity over the object's weight at each pressure (m,).
@@ -243,7 +237,7 @@ class Grip:
         Raises:
             InvalidInputError: it is not positive, or ``Pull.DOWN`` was not looked at.
         """
-        ratio: Array = self.force(Pull.DOWN) / self._weight(payload)
+        ratio: Array = self.force(Pull.DOWN) / self.setup.weight_of(payload)
         return ratio
 
     def _carries_less(
@@ -261,19 +255,13 @@ class Grip:
             within,
             largest,
         )
-        missing = (most - PAYLOAD_SAFETY) * self._weight(payload)
+        missing = (most - PAYLOAD_SAFETY) * self.setup.weight_of(payload)
         return NotGrippableError(self._radius, reason, missing, None)
 
     @property
     def _radius(self) -> float:
         """Of the object [m]."""
         return float(self.setup.obstacle.shape.feature_radius)
-
-
-def _largest(forces: Array) -> str:
-    """Return the largest force that is known, as text."""
-    known = forces[~np.isnan(forces)]
-    return f"{known.max():.3g}" if known.size else "unknown"
 
 
 def solve_grip(
@@ -387,12 +375,8 @@ def refine(grip: Grip) -> Refinement:
     return Refinement(
         elements=count,
         window=max(
-            _change(coarse, fine)
-            for coarse, fine in (
-                (window.onset_wrap, finer.onset_wrap),
-                (window.onset_curling, finer.onset_curling),
-                (window.loss, finer.loss),
-            )
+            _change(getattr(window, mark), getattr(finer, mark))
+            for mark in ("onset_wrap", "onset_curling", "loss")
         ),
         force=_change(coarse, fine),
         penetration=max(0.0, -sunk) / window.setup.gripper.tube.outer_radius,
@@ -537,28 +521,9 @@ def solve_cases(
         executor: where; None solves one after the other, here.
         progress: called with the number done and the number there are, after each.
         known: outcomes of an interrupted study by their case's number; they are not solved again.
-        keep: called with each new outcome and its case's number as soon as it is known, so that an
+        keep: called with each new outcome and its case's number, in their order, so that an
             interruption costs only what is under way.
     """
     done = dict(known or {})
-    open_cases = [number for number in range(len(cases)) if number not in done]
-
-    def finish(number: int, outcome: GripOutcome) -> None:
-        done[number] = outcome
-        if keep is not None:
-            keep(number, outcome)
-        if progress is not None:
-            progress(len(done), len(cases))
-
-    if executor is None:
-        for number in open_cases:
-            finish(number, solve_case(cases[number]))
-    else:
-        jobs = {executor.submit(solve_case, cases[number]): number for number in open_cases}
-        try:
-            for job in as_completed(jobs):
-                finish(jobs[job], job.result())
-        finally:  # of a study that is interrupted
-            for job in jobs:
-                job.cancel()
+    resume(solve_case, dict(enumerate(cases)), done, keep, executor, progress, len(done))
     return tuple(done[number] for number in range(len(cases)))

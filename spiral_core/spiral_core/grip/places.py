@@ -4,13 +4,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import groupby, pairwise
-from typing import Any
 
 import numpy as np
 
@@ -18,26 +16,11 @@ from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil
 from spiral_core.grip.window import TOUCH_GAP, GripWindow, Progress, WindowEnd, grip_window
 from spiral_core.message import Message, Quantity
+from spiral_core.numerics.tasks import in_turn
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
-
-
-def moved(setup: GripSetup, by: Array) -> GripSetup:
-    """Return the setup with its object moved by three shifts [m] and two tilts [rad] (5,).
-
-    Shifts along its axis, away from the base square to it, and across both; tilts about the last
-    two of these directions: :attr:`GripSetup.frame`.
-    """
-    if not by.any():
-        return setup
-    obstacle = setup.obstacle.moved(
-        translation=tuple((by[:3] @ setup.frame).tolist()),
-        rotation=tuple((by[3:] @ setup.frame[1:]).tolist()),
-    )
-    return replace(setup, obstacle=obstacle)
-
 
 # The nearest radius is looked for in steps of this fraction of the object's, outwards.
 RADIUS_STEP = 0.08
@@ -133,8 +116,9 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
             before, radius = ((1.0 + n * step) * shape.radius for n in (number - 1, number))
             inside = curve.radius_min <= radius <= curve.radius_max
             if inside and _is_held(own, curve, radius, *asked):
-                pair = (before, radius) if step > 0.0 else (radius, before)
-                tried = _end(own, curve, pair, step < 0.0, *asked)
+                tried = _end(
+                    own, curve, (min(before, radius), max(before, radius), step < 0.0), *asked
+                )
                 held += [radius, *(each for each, good in tried.items() if good)]
         if held:
             return min(held, key=lambda radius: abs(radius - shape.radius))
@@ -162,17 +146,11 @@ def held_radii(
     curve = WrapCurve(replace(gripper, object_axis=None))
     low, high = max(curve.radius_min, THINNEST * gripper.tube.outer_radius), curve.radius_max
     radii = [low, *np.linspace(low, high, RADII_TRIED)[1:-1].tolist(), high]
-    in_turn = mapping(executor)
-    done = (lambda *_: None) if progress is None else progress
-    held: dict[float, bool] = {}
-    for is_held in in_turn(partial(_is_held, gripper, curve), radii):
-        held[radii[len(held)]] = is_held
-        done(len(held), RADII_TRIED + 1)
-    ends = [pair for pair in pairwise(radii) if held[pair[0]] != held[pair[1]]]
-    firsts = [held[low] for low, _ in ends]
-    for count, found in enumerate(in_turn(partial(_end, gripper, curve), ends, firsts), start=1):
+    tried = in_turn(partial(_is_held, gripper, curve), radii, executor, progress)
+    held = dict(zip(radii, tried, strict=True))
+    ends = [(*pair, held[pair[0]]) for pair in pairwise(radii) if held[pair[0]] != held[pair[1]]]
+    for found in in_turn(partial(_end, gripper, curve), ends, executor, progress, len(radii)):
         held |= found
-        done(RADII_TRIED + count, RADII_TRIED + len(ends))
     runs = (list(run) for is_held, run in groupby(sorted(held), held.__getitem__) if is_held)
     return tuple((run[0], run[-1]) for run in runs)
 
@@ -196,13 +174,12 @@ def _is_held(
 def _end(
     gripper: Gripper,
     curve: WrapCurve,
-    pair: tuple[float, float],
-    first: bool,
+    pair: tuple[float, float, bool],
     friction: float | None = None,
     closing: Closing = Closing.SLOW,
 ) -> dict[float, bool]:
-    """Return which radii are held between two [m] of which one is: ``first`` says of the lower."""
-    (low, high), found = pair, {}
+    """Return which radii are held between two [m] of which one is: the third says if the lower."""
+    (low, high, first), found = pair, {}
     while high > (1.0 + END_TOLERANCE) * low:
         middle = math.sqrt(low * high)
         found[middle] = _is_held(gripper, curve, middle, friction, closing)
@@ -231,13 +208,14 @@ def find_place(
     reach = FARTHEST_SHIFT * (setup.obstacle.shape.feature_radius + setup.gripper.tube.outer_radius)
     tilt = LARGEST_TILT if setup.gripper.object_axis is None else 0.0
     sizes = np.array((reach, reach, reach, tilt, tilt))
-    in_turn = mapping(executor)
     steps, part = evenly(PLACES_TRIED, len(sizes)), FIRST_PART
     tried: list[tuple[float, Array]] = []
     batch = [np.zeros(len(sizes)), *evenly(EXPLORED, len(sizes))]
     while batch:
-        places = [moved(setup, sizes * shift) for shift in batch]
-        for shift, place, missing in zip(batch, places, in_turn(_missing, places), strict=True):
+        places = [setup.moved(sizes * shift) for shift in batch]
+        for shift, place, missing in zip(
+            batch, places, in_turn(_missing, places, executor), strict=True
+        ):
             if missing == 0.0:
                 return place
             tried.append((missing, shift))
@@ -303,7 +281,7 @@ def what_helps(setup: GripSetup, executor: Executor | None = None) -> str:
                 friction=obstacle.friction,
                 closing=setup.closing,
             )
-    held = mapping(executor)(_is_wrapped, others.values())
+    held = in_turn(_is_wrapped, others.values(), executor)
     helps = next((name for name, is_held in zip(others, held, strict=True) if is_held), None)
     if helps is None:
         return "nor would another roll of the base or another direction of the object help"
@@ -324,11 +302,6 @@ def _rolled(gripper: Gripper, angle: float) -> Gripper:
         gravity=turned(gripper.gravity),
         object_axis=None if axis is None else turned(axis),
     )
-
-
-def mapping(executor: Executor | None) -> Callable[..., Iterator[Any]]:
-    """Return what applies a function to each item: on an executor, or here, one after the other."""
-    return map if executor is None else executor.map
 
 
 def evenly(count: int, dimensions: int) -> Array:

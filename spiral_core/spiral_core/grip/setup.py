@@ -9,10 +9,11 @@ from enum import Enum
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
 from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact._continuation import NO_SIDE
-from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.obstacles import Obstacle, frame_of
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.shapes import Cylinder, Profile, Shape
 from spiral_core.rod.contact.solve import solve_contact
@@ -41,7 +42,7 @@ class Closing(Enum):
     FRICTIONLESS = "closed without friction: the best case"
 
 
-@dataclass(frozen=True, slots=True, repr=False)
+@dataclass(frozen=True, slots=True)
 class GripSetup:
     """A gripper, an object in its place, and how the one closes on the other.
 
@@ -60,6 +61,8 @@ class GripSetup:
         InvalidInputError: a value is not of its kind, or out of its range.
     """
 
+    __repr__ = brief_repr
+
     gripper: Gripper
     obstacle: Obstacle
     closing: Closing = Closing.SLOW
@@ -77,14 +80,6 @@ class GripSetup:
         if self.tip_pressure is not None:
             require_positive("tip_pressure", self.tip_pressure)
 
-    def __repr__(self) -> str:
-        obstacle = self.obstacle
-        x, y, z = (1e3 * component for component in obstacle.position)
-        return (
-            f"GripSetup({self.gripper.name!r} on {obstacle.shape!r} at ({x:.1f}, {y:.1f}, {z:.1f}) "
-            f"mm, friction {obstacle.friction:g}, {self.closing.value})"
-        )
-
     @property
     def element_count(self) -> int:
         """Elements of the rod."""
@@ -96,8 +91,7 @@ class GripSetup:
     @property
     def axis(self) -> Array:
         """Direction of the object's own z axis (3,), a unit vector in the base frame."""
-        x, y, z, w = self.obstacle.orientation
-        return np.array((2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y)))
+        return frame_of(self.obstacle)[:, 2]
 
     @property
     def frame(self) -> Array:
@@ -109,6 +103,24 @@ class GripSetup:
             away = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         away = away / np.linalg.norm(away)
         return np.array((axis, away, np.cross(axis, away)))
+
+    def moved(self, by: Array) -> GripSetup:
+        """Return the setup with its object moved by three shifts [m] and two tilts [rad] (5,).
+
+        Shifts along its axis, away from the base square to it, and across both; tilts about the
+        last two of these directions: :attr:`frame`.
+        """
+        if not by.any():
+            return self
+        obstacle = self.obstacle.moved(
+            translation=tuple((by[:3] @ self.frame).tolist()),
+            rotation=tuple((by[3:] @ self.frame[1:]).tolist()),
+        )
+        return replace(self, obstacle=obstacle)
+
+    def weight_of(self, payload: float) -> float:
+        """Return the weight of a mass [kg] where the gripper is [N]."""
+        return require_positive("payload", payload) * math.hypot(*self.gripper.gravity)
 
     @property
     def falls_by_choice(self) -> bool:
@@ -223,7 +235,7 @@ def lay_profile_into_coil(
     curve = WrapCurve(replace(gripper, object_axis=None))
     wrap = wrap_for_profile(curve, profile)
     middle = 0.5 * (wrap.start + wrap.end)
-    positions, radii = np.asarray(profile.positions), np.asarray(profile.radii)
+    positions, radii = profile.samples
     shape = Profile(tuple((positions - middle).tolist()), tuple(radii.tolist()))
     return lay_into_coil(
         gripper,
@@ -246,6 +258,12 @@ def friction_of(gripper: Gripper, friction: float | None) -> float:
         own = gripper.friction_coefficient
         friction = DEFAULT_FRICTION if own is None else own
     return require_in_range("friction", friction, 0.0, FRICTION_MAX)
+
+
+def vector_of(components: Array | Vector) -> Vector:
+    """Return three components as plain floats."""
+    x, y, z = (float(component) for component in components)
+    return (x, y, z)
 
 
 # An object that overlaps the freely hanging tube by up to this fraction of the tube's radius

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -77,12 +77,9 @@ class GripTable:
 
     def is_not_held(self, radius: float) -> bool:
         """Return whether a radius [m] is not held, or between one that is not and its neighbor."""
-        pair = self._around(radius)
-        ends = list(zip(self.radii, self.grips, strict=True))[pair : pair + 2]
-        if not ends[0][0] <= radius <= ends[1][0]:
-            return False
-        exact = [grip for end, grip in ends if end == radius]
-        return None in (exact or [grip for _, grip in ends])
+        below, above = bisect_right(self.radii, radius) - 1, bisect_left(self.radii, radius)
+        inside = below >= 0 and above < len(self.radii)
+        return inside and None in self.grips[below : above + 1]
 
     def nearest_held(self, radius: float) -> float | None:
         """Return the radius of the table that is held and nearest to one [m], if any is."""

@@ -17,13 +17,13 @@ from spiral_core.grip.closing import settling_after_ramp
 from spiral_core.grip.curve import GripCurve, GripQuestion, GripShapes
 from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, holding_forces
-from spiral_core.grip.places import mapping
-from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.setup import GripSetup, lay_into_coil, vector_of
 from spiral_core.grip.table import GripTable
 from spiral_core.grip.window import GripPoint, Progress, grip_window
+from spiral_core.numerics.tasks import in_turn
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.shapes import Cylinder
-from spiral_core.rod.types import Array, Vector
+from spiral_core.rod.types import Array
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
@@ -75,8 +75,8 @@ def solve_curve(question: GripQuestion) -> GripCurve:
         shapes=GripShapes(
             positions=np.array([point.state.positions for point in window.points]),
             orientations=_aligned([point.state.orientations for point in window.points]),
-            center=_vector(setup.obstacle.position),
-            axis=_vector(setup.axis),
+            center=vector_of(setup.obstacle.position),
+            axis=vector_of(setup.axis),
         ),
     )
 
@@ -126,21 +126,16 @@ def solve_table(
     curve, most = WrapCurve(gripper), MOST_REFINED * count
     ends = (1.0 + MARGIN) * curve.radius_min, (1.0 - MARGIN) * curve.radius_max
 
-    def solve(radii: list[float], done: int) -> list[GripCurve | None]:
-        found = []
-        for grip in mapping(executor)(partial(_entry, gripper, rate), radii):
-            found.append(grip)
-            if progress is not None:
-                progress(done + len(found), done + len(radii))
-        return found
-
+    entries = partial(in_turn, partial(_entry, gripper, rate))
     radii = np.round(np.geomspace(*ends, count), DECIMALS).tolist()
     errors = (math.inf,) * (count - 1)
-    table = GripTable(tuple(radii), tuple(solve(radii, 0)), errors, gripper.gravity, rate)
+    table = GripTable(
+        tuple(radii), tuple(entries(radii, executor, progress)), errors, gripper.gravity, rate
+    )
     while pairs := table.poor(most - len(table.radii)):
         middles = [math.sqrt(table.radii[pair] * table.radii[pair + 1]) for pair in pairs]
         radii = np.round(middles, DECIMALS).tolist()
-        solved = solve(radii, len(table.radii))
+        solved = entries(radii, executor, progress, len(table.radii))
         # From the last pair on: the places of those before it do not change.
         for pair, radius, grip in sorted(zip(pairs, radii, solved, strict=True), reverse=True):
             table = table.halved(pair, radius, grip)
@@ -196,8 +191,3 @@ def _aligned(orientations: list[Array]) -> Array:
     for before, after in pairwise(turns):
         after[np.einsum("ij,ij->i", before, after) < 0.0] *= -1.0
     return turns
-
-
-def _vector(components: Array | Vector) -> Vector:
-    x, y, z = (float(component) for component in components)
-    return (x, y, z)

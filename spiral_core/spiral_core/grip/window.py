@@ -11,9 +11,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.setup import Closing, GripSetup, hanging_tube
 from spiral_core.message import Message, Quantity
+from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import Array
@@ -28,7 +30,7 @@ CURL_GAP = 0.1
 FEWEST_TOUCHING = 0.1
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class GripPoint:
     """A gripper on its object at one pressure.
 
@@ -38,16 +40,11 @@ class GripPoint:
         state: the tube's shape, its contact forces and its certificate.
     """
 
+    __repr__ = brief_repr
+
     pressure: float
     setup: GripSetup
     state: RodState
-
-    def __repr__(self) -> str:
-        return (
-            f"GripPoint({1e-3 * self.pressure:.2f} kPa: {self.regime.value}, "
-            f"{1e3 * self.contact_length:.0f} mm in contact, {self.turns:.2f} turns, "
-            f"normal force {self.normal_force:.3g} N)"
-        )
 
     @property
     def regime(self) -> WrapRegime:
@@ -120,16 +117,11 @@ class GripPoint:
     @property
     def turns(self) -> float:
         """Turns of the touching part about the object's axis."""
-        axis = self.setup.axis
-        offsets = self.state.positions - np.asarray(self.setup.obstacle.position)
-        offsets = offsets - np.outer(offsets @ axis, axis)
         touching = np.flatnonzero(self.state.touching[0])
         if touching.size < 2:
             return 0.0
-        part = offsets[touching[0] : touching[-1] + 1]
-        sines = np.cross(part[:-1], part[1:]) @ axis
-        cosines = np.einsum("ij,ij->i", part[:-1], part[1:])
-        return float(abs(np.sum(np.arctan2(sines, cosines))) / (2.0 * np.pi))
+        part = self.state.positions[touching[0] : touching[-1] + 1]
+        return abs(turns_about(self.setup.obstacle, part))
 
     @property
     def tip_gap(self) -> float:
@@ -341,7 +333,7 @@ class WindowEnd(Enum):
     NOT_FOLLOWED = "the tube finds no rest that could be certified"
 
 
-@dataclass(frozen=True, slots=True, eq=False, repr=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class GripWindow:
     """The result of closing a gripper on an object with rising pressure.
 
@@ -363,6 +355,8 @@ class GripWindow:
             margin reaches below the limit [Pa]; None if there is none, or it was not looked for.
     """
 
+    __repr__ = brief_repr
+
     setup: GripSetup
     points: tuple[GripPoint, ...]
     onset_wrap: float | None
@@ -371,16 +365,6 @@ class GripWindow:
     end: WindowEnd
     lift_off: float | None = None
     loss_above: float | None = None
-
-    def __repr__(self) -> str:
-        wrap, curling, loss, tip = (
-            "none" if value is None else f"{1e-3 * value:.2f} kPa"
-            for value in (self.onset_wrap, self.onset_curling, self.loss, self.setup.tip_pressure)
-        )
-        return (
-            f"GripWindow(wrapped from {wrap} (tip criterion: {tip}), curling from {curling}, "
-            f"lost at {loss}; {self.setup.closing.value})"
-        )
 
     @property
     def pressures(self) -> Array:
@@ -498,24 +482,47 @@ def grip_window(
         SolverError: that tube has no certified shape.
     """
     points = [GripPoint(0.0, setup, hanging_tube(setup))]
-    onset = curling = loss = lift_off = None
-    end = WindowEnd.LIMIT
+    wrapped, loss, end = False, None, WindowEnd.LIMIT
     stations = _stations(setup, pressures)
     for count, pressure in enumerate(stations, start=1):
         here = points[-1]
-        point, path = raised(here, pressure, wrapped=onset is not None)
-        snaps = wrapped_before_snap(here, pressure, path) if onset is None else None
+        point, path = raised(here, pressure, wrapped=wrapped)
+        snaps = None if wrapped else wrapped_before_snap(here, pressure, path)
         if snaps is not None:  # wrapped and lost again between two pressures
-            onset = located(here, snaps, WRAP)
-            if snaps.is_curled:
-                curling = max(onset, located(here, snaps, CURL))
             points.append(snaps)
-            here = snaps
+            here, wrapped = snaps, True
             point, path = raised(here, pressure, wrapped=True)
-        loss = lost_at(here, pressure, path, wrapped=onset is not None)
+        loss = lost_at(here, pressure, path, wrapped=wrapped)
         if loss is not None or point is None:
-            end = WindowEnd.LOST if loss is not None else _why(path)
+            touches = path.self_contact is not None
+            end = WindowEnd.SELF_CONTACT if touches else WindowEnd.NOT_FOLLOWED
+            end = end if loss is None else WindowEnd.LOST
             break
+        points.append(point)
+        wrapped = wrapped or point.is_wrapped
+        # So far above the tip criterion's pressure no wrap will follow.
+        passed = setup.tip_pressure is not None and pressure >= GIVE_UP * setup.tip_pressure
+        if passed and not wrapped and pressures is None:
+            end = WindowEnd.PASSED_BY
+            break
+        if progress is not None:
+            progress(count, len(stations))
+        if until_wrapped and wrapped:
+            break
+    above = None
+    if end is WindowEnd.LIMIT and wrapped and pressures is None and not until_wrapped:
+        above = _loss_above(points[-1])
+    onset, curling, lift_off = _marks(points)
+    return GripWindow(setup, tuple(points), onset, curling, loss, end, lift_off, above)
+
+
+def _marks(points: Sequence[GripPoint]) -> tuple[float | None, float | None, float | None]:
+    """Return onsets of the wrap and of curling, and where the tip lifts off, between points [Pa].
+
+    An end that curls from the onset on is no wrap yet, if it no longer does further up.
+    """
+    onset = curling = lift_off = None
+    for here, point in pairwise(points):
         curled_only = (
             onset is not None
             and curling is not None
@@ -525,22 +532,13 @@ def grip_window(
         if point.is_wrapped and (onset is None or again):
             mark = UNCURL if again and lift_off is None else WRAP
             onset, curling, lift_off = located(here, point, mark), None, None
-        if onset is not None and curling is None and point.is_curled:
+        if onset is None:
+            continue
+        if curling is None and point.is_curled:
             curling = max(onset, located(here, point, CURL))
-        if onset is not None and lift_off is None and not point.is_wrapped:
+        if lift_off is None and not point.is_wrapped:
             lift_off = max(onset, located(here, point, LIFT_OFF))
-        points.append(point)
-        if onset is None and pressures is None and _passed_by(point):
-            end = WindowEnd.PASSED_BY
-            break
-        if progress is not None:
-            progress(count, len(stations))
-        if until_wrapped and onset is not None:
-            break
-    above = None
-    if end is WindowEnd.LIMIT and onset is not None and pressures is None and not until_wrapped:
-        above = _loss_above(points[-1])
-    return GripWindow(setup, tuple(points), onset, curling, loss, end, lift_off, above)
+    return onset, curling, lift_off
 
 
 def _loss_above(point: GripPoint) -> float | None:
@@ -565,12 +563,8 @@ def nudged_windows(setup: GripSetup) -> tuple[GripWindow, GripWindow]:
         NotGrippableError: see :func:`grip_window`.
         SolverError: likewise.
     """
-    x, y, z = (NUDGE * setup.gripper.tube.length * setup.frame[1]).tolist()
-    nearer, farther = (
-        grip_window(replace(setup, obstacle=setup.obstacle.moved(shift)))
-        for shift in ((-x, -y, -z), (x, y, z))
-    )
-    return nearer, farther
+    away = np.array((0.0, NUDGE * setup.gripper.tube.length, 0.0, 0.0, 0.0))
+    return grip_window(setup.moved(-away)), grip_window(setup.moved(away))
 
 
 def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> list[float]:
@@ -591,15 +585,3 @@ def _stations(setup: GripSetup, pressures: Sequence[float] | Array | None) -> li
     rising = [fraction * tip for fraction in BEFORE_WRAP]
     rising += np.arange(BEFORE_WRAP[-1] * tip + STEP * tip, limit, STEP * tip).tolist()
     return [pressure for pressure in rising if pressure < limit] + [limit]
-
-
-def _why(path: RodPath) -> WindowEnd:
-    """Return why a path could not be followed."""
-    touches = path.self_contact is not None
-    return WindowEnd.SELF_CONTACT if touches else WindowEnd.NOT_FOLLOWED
-
-
-def _passed_by(point: GripPoint) -> bool:
-    """Return whether the pressure is so far above the tip criterion's that no wrap will follow."""
-    tip = point.setup.tip_pressure
-    return tip is not None and point.pressure >= GIVE_UP * tip

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A shape as a coil, the cylinder it fits, and the step of a search for a wrap (compiled)."""
+"""A shape as a coil, and the cylinder it fits (compiled)."""
 
 import math
 
@@ -39,8 +39,6 @@ CLEAR_SINE = 0.25
 PARTS = 8
 # In place of a given axis: fit it.
 FITTED = (0.0, 0.0, 0.0)
-# States that one guess of a shape goes through. A cubic is so near that one Newton step settles it.
-STATES = 4
 
 
 @compiled
@@ -111,22 +109,6 @@ def least_direction(m: Mat) -> Vec:
 
 
 @compiled
-def advancing_axis(
-    orientations: Array, strains: Array, tip: Array, h: float, turn_length: float, axis: Vec
-) -> Vec:
-    """Return the axis of a coil (unit vector), pointing the way it advances from base to tip.
-
-    A given axis keeps its direction; otherwise it is fitted to the coil's end: the direction in
-    which the tangents of the last turn vary least, the eigenvector of the smallest eigenvalue of
-    their covariance. For a helix that is exactly its axis. Nodes are ``h`` [m] apart.
-    """
-    if axis == FITTED:
-        window = min(turn_length, h * (orientations.shape[0] - 1))
-        axis = least_direction(tangent_covariance(orientations, strains, h, window))
-    return scale(-1.0, axis) if dot(axis, (tip[0], tip[1], tip[2])) < 0.0 else axis
-
-
-@compiled
 def angle_at_tip(orientations: Array, axis: Vec) -> float:
     """Return the angle between the tip's tangent and a unit axis [rad]."""
     along = dot(axis, tangent_at(orientations, orientations.shape[0] - 1))
@@ -180,32 +162,18 @@ def turns_about(
 
 
 @compiled
-def interpolated_orientations(places: Array, orientations: Array, place: float) -> Array:
-    """Return orientations (N + 1, 4) from those at rising places, (m,) and (m, N + 1, 4).
-
-    By Lagrange's polynomial through the quaternions next to the place: the states must follow each
-    other without a snap.
-    """
-    m, n, _ = orientations.shape
-    count = min(STATES, m)
-    above = 0
-    while above < m and places[above] < place:
-        above += 1
-    first = min(max(above - count // 2, 0), m - count)
-    q = np.zeros((n, 4))
-    for i in range(first, first + count):
-        weight = 1.0
-        for j in range(first, first + count):
+def lagrange_weights(nodes: Array, place: float, most: int) -> tuple[int, Array]:
+    """Return the first of the rising nodes next to a place, and their weights in a polynomial."""
+    count = min(most, len(nodes))
+    first = int(np.searchsorted(nodes, place)) - count // 2
+    first = min(max(first, 0), len(nodes) - count)
+    weights = np.ones(count)
+    for i in range(count):
+        for j in range(count):
             if j != i:
-                weight *= (place - places[j]) / (places[i] - places[j])
-        for k in range(n):
-            for c in range(4):
-                q[k, c] += weight * orientations[i, k, c]
-    for k in range(n):
-        size = math.sqrt(q[k, 0] ** 2 + q[k, 1] ** 2 + q[k, 2] ** 2 + q[k, 3] ** 2)
-        for c in range(4):
-            q[k, c] /= size
-    return q
+                apart = nodes[first + i] - nodes[first + j]
+                weights[i] *= (place - nodes[first + j]) / apart
+    return first, weights
 
 
 @compiled
@@ -220,14 +188,20 @@ def fitted_radius(
 ) -> tuple[float, Vector]:
     """Return r_w [m] of a shape with some rest strain, and the object's axis (unit vector).
 
-    See :mod:`spiral_core.wrap.wrap`; ``FITTED`` for ``axis`` fits it to the coil's last turn. A rod
-    that does not bend fits no cylinder: infinite.
+    See :mod:`spiral_core.wrap.wrap`. The axis points the way the coil advances from base to tip. A
+    given one keeps its direction; ``FITTED`` fits it to the coil's end: the direction in which the
+    tangents of the last turn vary least, the eigenvector of the smallest eigenvalue of their
+    covariance. For a helix that is exactly its axis. A rod that does not bend fits no cylinder:
+    infinite.
     """
     torsion, _, curvature = rest
     h = length / (orientations.shape[0] - 1)
     rate = math.hypot(curvature, torsion)
-    turn_length = 2.0 * math.pi / rate if rate > 0.0 else math.inf
-    axis = advancing_axis(orientations, strains, tip, h, turn_length, axis)
+    if axis == FITTED:
+        window = min(2.0 * math.pi / rate, length) if rate > 0.0 else length
+        axis = least_direction(tangent_covariance(orientations, strains, h, window))
+    if dot(axis, (tip[0], tip[1], tip[2])) < 0.0:
+        axis = scale(-1.0, axis)
     sine = math.sin(angle_at_tip(orientations, axis))
     if not curvature > 0.0:
         return math.inf, axis

@@ -15,7 +15,11 @@ from enum import Enum
 from functools import cached_property, partial
 from itertools import groupby, pairwise
 
+import numpy as np
+
 from spiral_core.numerics.roots import minimum
+from spiral_core.rod.types import Array
+from spiral_core.wrap._kernels import lagrange_weights
 from spiral_core.wrap.scan import PressureScan
 from spiral_core.wrap.wrap import Wrap
 
@@ -40,18 +44,24 @@ GRAZE = 0.05
 AXIS_TURN = 0.4
 # Steps of the search for an extreme radius: it is then right to 1e-9 of its change between samples.
 EXTREME_STEPS = 20
+# Solved wraps that one interpolation goes through.
+TABLE_NODES = 8
 # Where a coil closes on itself, the range ends at this fraction of the tube's outer radius.
 LEAST_RADIUS = 1e-3
 
 
 class BranchEnd(Enum):
-    """Reasons for the end of a sub-branch."""
+    """Reasons for the end of a sub-branch.
 
-    PRESSURE_LIMIT = "pressure limit"
-    TURNS = "turns"
-    CLOSED = "coil closed on itself"
-    EXTREME = "extreme radius"
-    SNAP = "snap"
+    The value says of what is beyond it why it is too thick or too thin: a template of the pressure
+    there, the pressure limit and the turns that are required.
+    """
+
+    PRESSURE_LIMIT = "for the pressure limit of {1}"
+    TURNS = "for {2:g} turns of this length"
+    CLOSED = "for the tube: the coil closes on itself at {0}"
+    EXTREME = "for the coil: its radius turns back at {0}"
+    SNAP = "for this shape: the tube snaps into another one near {0}"
 
 
 @dataclass(frozen=True)
@@ -90,10 +100,35 @@ class SubBranch:
         ]
         return max(scarce, default=0.0)
 
-    @property
-    def by_falling_radius(self) -> tuple[Wrap, ...]:
-        """The wraps, that of the largest radius first."""
-        return self.wraps if self.ends[0][0] is self.wraps[-1] else self.wraps[::-1]
+    @cached_property
+    def _table(self) -> tuple[Array, Array]:
+        """Contact curvatures 1/(r_w + r_o), rising [1/m], and the pressures of the wraps [Pa]."""
+        wraps = self.wraps if self.ends[0][0] is self.wraps[-1] else self.wraps[::-1]
+        radii = np.array([wrap.object_radius + wrap.outer_radius for wrap in wraps])
+        return 1.0 / radii, np.array([wrap.pressure for wrap in wraps])
+
+    def bracket_and_guess(self, target: float) -> tuple[float, float, float, float]:
+        """Return what a search for a contact curvature [1/m] on the branch starts from.
+
+        In it the pressure is almost linear.
+
+        Returns:
+            The pressures of the wraps next below and next above it in contact curvature [Pa], the
+            pressure between them that is guessed [Pa], and the slope of the contact curvature
+            there [1/(m Pa)].
+        """
+        curvatures, pressures = self._table
+        first, weights = lagrange_weights(curvatures, target, TABLE_NODES)
+        above = min(max(int(np.searchsorted(curvatures, target)), 1), len(curvatures) - 1)
+        (low, high), (before, after) = (
+            each[above - 1 : above + 1].tolist() for each in (pressures, curvatures)
+        )
+        slope = (after - before) / (high - low)
+        guess = float(weights @ pressures[first : first + len(weights)])
+        if min(low, high) < guess < max(low, high):  # of the parabola through the three
+            slope = (target - before) / (guess - low) + (after - target) / (high - guess) - slope
+            return low, high, guess, slope
+        return low, high, low + (target - before) / slope, slope
 
 
 class CoiledRange:
@@ -203,17 +238,8 @@ class CoiledRange:
     def _stretch(self, track: Sequence[Wrap], begin: int, end: int) -> list[SubBranch]:
         """Return the sub-branches of a part of a track, with its ends located."""
         wraps = list(track[begin : end + 1])
-        if begin > 0 or track[0] is self.samples[0]:
-            below = track[begin - 1].pressure if begin > 0 else END_TOLERANCE * wraps[0].pressure
-            low, low_end = self._edge(wraps[0], below)
-        else:
-            low, low_end = wraps[0], BranchEnd.SNAP
-        if end + 1 < len(track):
-            high, high_end = self._edge(wraps[-1], track[end + 1].pressure)
-        elif track[-1] is self.samples[-1]:
-            high, high_end = wraps[-1], BranchEnd.PRESSURE_LIMIT
-        else:
-            high, high_end = wraps[-1], BranchEnd.SNAP
+        low, low_end = self._end(track, begin, -1)
+        high, high_end = self._end(track, end, 1)
         if not low.pressure < high.pressure:
             return []
         inner = [wrap for wrap in wraps if low.pressure < wrap.pressure < high.pressure]
@@ -224,6 +250,15 @@ class CoiledRange:
             for at, near in ((low, first), (high, last))
         ]
         return self._monotone([low, probes[0], *inner, probes[1], high], low_end, high_end)
+
+    def _end(self, track: Sequence[Wrap], at: int, step: int) -> tuple[Wrap, BranchEnd]:
+        """Return the end of the range beyond a sample of a track, downwards or upwards."""
+        on, first, last = track[at], self.samples[0], self.samples[-1]
+        if 0 <= at + step < len(track):
+            return self._edge(on, track[at + step].pressure)
+        if step < 0 and on is first:
+            return self._edge(on, END_TOLERANCE * on.pressure)
+        return on, BranchEnd.PRESSURE_LIMIT if step > 0 and on is last else BranchEnd.SNAP
 
     def _edge(self, on: Wrap, outside: float) -> tuple[Wrap, BranchEnd]:
         """Return the last wrap of the range between ``on`` and a pressure outside of it."""

@@ -69,14 +69,9 @@ class Coil:
         if not left >= -SAME_TURNS * self.total_turns:
             return None
         left = max(left, 0.0)
-        below = np.nonzero(self.turns <= left)[0]
-        i = int(below[-1])
-        if i == len(self.turns) - 1:
-            return float(self.arc_lengths[-1])
-        fraction = (left - self.turns[i]) / (self.turns[i + 1] - self.turns[i])
-        return float(
-            self.arc_lengths[i] + fraction * (self.arc_lengths[i + 1] - self.arc_lengths[i])
-        )
+        last = int(np.nonzero(self.turns <= left)[0][-1])
+        around = slice(last, last + 2)
+        return float(np.interp(left, self.turns[around], self.arc_lengths[around]))
 
 
 def coil_from_state(state: RodState, axis: Vector) -> Coil:

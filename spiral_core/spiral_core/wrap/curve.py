@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
-from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -15,8 +13,8 @@ from spiral_core.errors import NoCoilError, NotGrippableError
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
-from spiral_core.validation import require_finite, require_in_range, require_positive
-from spiral_core.wrap.branch import BranchEnd, CoiledRange
+from spiral_core.validation import require_in_range, require_positive
+from spiral_core.wrap.branch import CoiledRange, SubBranch
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.scan import PressureScan
 from spiral_core.wrap.wrap import PERFECT_BAND, Wrap, WrapRegime, wrapped_radius
@@ -35,13 +33,6 @@ SEARCH_LIMIT = 60
 TURNS_TOLERANCE = 1e-7
 # Of this many steps one halves the bracket, whatever the secant suggests.
 HALVING = 4
-# A start that is taken as it is, without a Newton step, is solved again above this imbalance.
-STALE_RESIDUAL = 1e-11
-# Solved wraps that one interpolation goes through.
-TABLE_NODES = 8
-# A wrap nearer to an end of the sub-branch than this fraction of the usual distance is left out:
-# the rounding of their difference would spoil the interpolation.
-LEAST_GAP = 0.05
 
 
 class WrapCurve:
@@ -74,7 +65,6 @@ class WrapCurve:
         self._branches = coiled.branches
         if not self._branches:
             raise _no_coil(coiled, gripper)
-        self._tables = [WrapTable(branch.by_falling_radius) for branch in self._branches]
         self.snap_pressures = tuple(self._scan.snaps)
         self.pressure_min = self._branches[0].wraps[0].pressure
         self.pressure_max = self._branches[-1].wraps[-1].pressure
@@ -127,11 +117,11 @@ class WrapCurve:
             SolverError: a shape could not be certified.
         """
         require_positive("radius", radius)
-        for branch, table in zip(self._branches, self._tables, strict=True):
+        for branch in self._branches:
             smallest, largest = branch.radius_range
             inside = min(max(radius, smallest), largest)
             if abs(inside - radius) <= ROUNDING * radius:
-                wrap = self._search(table, inside)
+                wrap = self._search(branch, inside)
                 if wrap is not None and (
                     wrap.pressure > branch.few_turns_up_to
                     or wrap.turns >= wrap.turns_required - TURNS_TOLERANCE
@@ -162,18 +152,13 @@ class WrapCurve:
 
         Raises as :meth:`wrap_for_radius`, for the first radius that cannot be wrapped.
         """
-        return self._each(self.pressure_from_radius, "radii", radii)
+        found: Array = np.vectorize(self.pressure_from_radius, otypes=[float])(radii)
+        return found
 
     def radii_from_pressures(self, pressures: ArrayLike) -> Array:
         """Return the radii [m] that pressures [Pa] wrap; raises as :meth:`radius_from_pressure`."""
-        return self._each(self.radius_from_pressure, "pressures", pressures)
-
-    @staticmethod
-    def _each(answer: Callable[[float], float], field: str, values: ArrayLike) -> Array:
-        """Return an answer for each value."""
-        given = np.asarray(values, dtype=np.float64)
-        found = [answer(require_finite(field, value)) for value in given.ravel().tolist()]
-        return np.array(found, dtype=np.float64).reshape(given.shape)
+        found: Array = np.vectorize(self.radius_from_pressure, otypes=[float])(pressures)
+        return found
 
     def is_coiled(self, pressure: float) -> bool:
         """Return whether a pressure [Pa] belongs to the coiled range."""
@@ -216,38 +201,26 @@ class WrapCurve:
         word = "between two parts of the grippable range"
         if not self.radius_min <= radius <= self.radius_max:
             word = "too thick" if radius > self.radius_max else "too thin"
-        at = Quantity(nearest.pressure, "Pa")
-        limit = Quantity(self.gripper.pressure_max, "Pa")
-        reason = {
-            BranchEnd.TURNS: f"for {self.gripper.turns_required:g} turns of this length",
-            BranchEnd.PRESSURE_LIMIT: Message("for the pressure limit of {}", limit),
-            BranchEnd.CLOSED: Message("for the tube: the coil closes on itself at {}", at),
-            BranchEnd.SNAP: Message("for this shape: the tube snaps into another one near {}", at),
-            BranchEnd.EXTREME: Message("for the coil: its radius turns back at {}", at),
-        }
+        at, limit = (Quantity(p, "Pa") for p in (nearest.pressure, self.gripper.pressure_max))
+        reason = Message(kind.value, at, limit, self.gripper.turns_required)
         edge = nearest.object_radius
-        text = Message("{} {}", word, reason[kind])
-        raise NotGrippableError(radius, text, -abs(radius - edge), edge)
+        raise NotGrippableError(radius, Message("{} {}", word, reason), -abs(radius - edge), edge)
 
-    def _search(self, table: WrapTable, radius: float) -> Wrap | None:
-        """Return the wrap of a radius on a table's sub-branch: a secant search inside a bracket.
+    def _search(self, branch: SubBranch, radius: float) -> Wrap | None:
+        """Return the wrap of a radius on a sub-branch: a secant search inside a bracket.
 
         None if the radius jumps past it, as it does where the fitted axis does.
         """
-        scan = self._scan
-        target = table.contact_curvature(radius)
-        below, above, pressure, slope = table.bracket_and_guess(target)
-        q = scan.start_at(pressure)
+        outer = self.gripper.tube.outer_radius
+        target = 1.0 / (radius + outer)
+        below, above, pressure, slope = branch.bracket_and_guess(target)
         last, previous = pressure, math.nan
         wrap, miss = None, math.inf
         for step in range(1, SEARCH_LIMIT):
-            wrap = scan.wrap_at(pressure, q)
-            if wrap.state.iterations == 0 and wrap.state.residual > STALE_RESIDUAL:
-                wrap = scan.wrap_at(pressure)
-            miss = table.contact_curvature(wrap.object_radius) - target
+            wrap = self._scan.wrap_at(pressure)
+            miss = 1.0 / (wrap.object_radius + outer) - target
             if abs(miss) <= RADIUS_TOLERANCE * target:
                 return wrap
-            q = wrap.state.orientations.copy()
             below, above = (pressure, above) if miss < 0.0 else (below, pressure)
             if step > 1 and miss != previous:
                 slope = (miss - previous) / (pressure - last)
@@ -258,63 +231,6 @@ class WrapCurve:
             if pressure in (below, above):
                 break
         return wrap if abs(miss) <= ROUGH_TOLERANCE * target else None
-
-
-class WrapTable:
-    r"""Pressures against the contact curvature 1/(r_w + r_o), in which they are almost linear.
-
-    Between two wraps the pressure is the polynomial through the nearest ones, in Newton's form.
-
-    Args:
-        branch: wraps of a sub-branch by falling radius, its two ends included.
-    """
-
-    __slots__ = ("_curvatures", "_divided", "_outer_radius", "_pressures")
-
-    def __init__(self, branch: Sequence[Wrap]) -> None:
-        self._outer_radius = branch[0].outer_radius
-        first, *inner, last = branch
-        least = LEAST_GAP * abs(last.pressure - first.pressure) / (len(branch) - 1)
-        kept = [
-            first,
-            *(w for w in inner if min(abs(w.pressure - e.pressure) for e in (first, last)) > least),
-            last,
-        ]
-        curvatures = np.array([self.contact_curvature(wrap.object_radius) for wrap in kept])
-        differences = np.array([wrap.pressure for wrap in kept])
-        self._curvatures: list[float] = curvatures.tolist()
-        self._pressures: list[float] = differences.tolist()
-        self._divided: list[list[float]] = [self._pressures]
-        for k in range(1, min(TABLE_NODES, len(kept))):
-            differences = np.diff(differences) / (curvatures[k:] - curvatures[:-k])
-            self._divided.append(differences.tolist())
-
-    def contact_curvature(self, radius: float) -> float:
-        """Return 1/(r_w + r_o) [1/m] for r_w [m]."""
-        return 1.0 / (radius + self._outer_radius)
-
-    def bracket_and_guess(self, target: float) -> tuple[float, float, float, float]:
-        """Return what a search for a contact curvature [1/m] on the branch starts from.
-
-        Returns:
-            The pressures of the wraps next below and next above it in contact curvature [Pa], the
-            pressure between them that is guessed [Pa], and the slope of the contact curvature
-            there [1/(m Pa)].
-        """
-        curvatures, pressures = self._curvatures, self._pressures
-        above = min(max(bisect_left(curvatures, target), 1), len(curvatures) - 1)
-        low, high = pressures[above - 1], pressures[above]
-        order = len(self._divided)
-        first = min(max(above - order // 2, 0), len(curvatures) - order)
-        guess, change = self._divided[-1][first], 0.0
-        for k in range(order - 2, -1, -1):
-            away = target - curvatures[first + k]
-            change = change * away + guess
-            guess = guess * away + self._divided[k][first]
-        if (low <= guess <= high or high <= guess <= low) and change * (high - low) > 0.0:
-            return low, high, guess, 1.0 / change
-        change = (high - low) / (curvatures[above] - curvatures[above - 1])
-        return low, high, low + change * (target - curvatures[above - 1]), 1.0 / change
 
 
 def _no_coil(coiled: CoiledRange, gripper: Gripper) -> NoCoilError:

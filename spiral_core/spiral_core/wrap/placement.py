@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from spiral_core.rod._algebra import matrices
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap
@@ -83,8 +84,7 @@ def place_object(wrap: Wrap) -> ObjectPlacement:
     axis = np.asarray(wrap.axis)
     plane = np.linalg.svd(axis[None, :])[2][1:]  # two unit vectors across the axis, as rows
     # The tip carries no moment: it curves towards its material y axis with the free curvature.
-    x, y, z, w = wrap.state.orientations[-1].tolist()
-    normal = np.array((2.0 * (x * y - z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z + x * w)))
+    normal = matrices(wrap.state.orientations[-1:])[0, :, 1]
     normal -= (normal @ axis) * axis
     size, contact_radius = float(np.linalg.norm(normal)), radius + outer_radius
     start = wrap.state.positions[-1] + (contact_radius / size if size else 0.0) * normal

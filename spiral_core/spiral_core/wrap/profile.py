@@ -64,22 +64,27 @@ class ObjectProfile:
         object.__setattr__(self, "radii", radii)
 
     @property
+    def samples(self) -> tuple[Array, Array]:
+        """Positions and radii (n,) [m]."""
+        return np.asarray(self.positions), np.asarray(self.radii)
+
+    @property
     def start(self) -> float:
         """First position [m]."""
-        return float(np.asarray(self.positions)[0])
+        return float(self.samples[0][0])
 
     @property
     def end(self) -> float:
         """Last position [m]."""
-        return float(np.asarray(self.positions)[-1])
+        return float(self.samples[0][-1])
 
     def radius_at(self, position: float) -> float:
         """Return the radius at a position [m]; the end's beyond the ends."""
-        return float(np.interp(position, np.asarray(self.positions), np.asarray(self.radii)))
+        return float(np.interp(position, *self.samples))
 
     def extremes(self, start: float, end: float) -> tuple[float, float]:
         """Return the smallest and the largest radius between two positions [m]."""
-        positions, radii = np.asarray(self.positions), np.asarray(self.radii)
+        positions, radii = self.samples
         inside = radii[(positions > start) & (positions < end)]
         ends = (self.radius_at(start), self.radius_at(end))
         return float(min(*ends, *inside)), float(max(*ends, *inside))
@@ -217,12 +222,13 @@ def _refusal(
 def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[float, float]]:
     """Return where the radii of an object are within the grippable range: start and end [m]."""
     low, high = curve.radius_min, curve.radius_max
-    positions, radii = np.asarray(profile.positions), np.asarray(profile.radii)
+    positions, radii = profile.samples
     places = set(positions.tolist())
+    rises = np.where(np.diff(radii) == 0.0, np.inf, np.diff(radii))
     for bound in (low, high):  # where the straight lines between the samples cross it
-        for i in np.nonzero((radii[:-1] - bound) * (radii[1:] - bound) < 0.0)[0]:
-            share = (bound - radii[i]) / (radii[i + 1] - radii[i])
-            places.add(float(positions[i] + share * (positions[i + 1] - positions[i])))
+        shares = (bound - radii[:-1]) / rises
+        crossed = (shares > 0.0) & (shares < 1.0)
+        places.update((positions[:-1] + shares * np.diff(positions))[crossed].tolist())
     parts: list[tuple[float, float]] = []
     for start, end in pairwise(sorted(places)):
         if low <= profile.radius_at(0.5 * (start + end)) <= high:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Sequence
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +26,7 @@ from spiral_core.rod.solve import even_arc_lengths, state_from_solved
 from spiral_core.rod.state import RodPath, RodState
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down
-from spiral_core.wrap._kernels import interpolated_orientations
+from spiral_core.wrap._kernels import lagrange_weights
 from spiral_core.wrap.gripper import Gripper
 from spiral_core.wrap.wrap import Wrap, wrapped_radius
 
@@ -45,6 +44,8 @@ LANDING_MARGIN = 1.0 / 2048.0
 # A gripper that turns by more than this [rad], some hundred turns, is not scanned: the work grows
 # with the square of it, and such a length is often one in millimeters that was taken for meters.
 MOST_TURN = 600.0
+# States that one guess of a shape goes through. A cubic is so near that one Newton step settles it.
+STATES = 4
 # Pressures at which the unloaded shape is looked up to place them.
 TABLE = 256
 # Largest angle that an element turns by, at the tightest coil [rad]: the contact radius is then
@@ -57,12 +58,10 @@ class Track(NamedTuple):
 
     Args:
         pressures: rising (m,) [Pa].
-        orientations: (m, N + 1, 4).
-        states: the same with all that belongs to them.
+        states: at them.
     """
 
     pressures: Array
-    orientations: Array
     states: tuple[RodState, ...]
 
 
@@ -107,18 +106,11 @@ class PressureScan:
             joined, first = after, station + 1
         self.tracks.append(_track([*joined, *solved[first:]]))
 
-    def start_at(self, pressure: float) -> Array:
-        """Return orientations (N + 1, 4) between the solved states next to a pressure [Pa]."""
-        track = self._track(pressure)
-        inside = min(max(pressure, track.pressures[0]), track.pressures[-1])
-        return interpolated_orientations(track.pressures, track.orientations, inside)
-
-    def wrap_at(self, pressure: float, start: Array | None = None) -> Wrap:
+    def wrap_at(self, pressure: float) -> Wrap:
         """Return what the gripper wraps at a pressure [Pa].
 
         Args:
             pressure: in [0, the gripper's ``pressure_max``].
-            start: orientations (N + 1, 4) of a state nearby, overwritten; None interpolates.
 
         Raises:
             InvalidInputError: the pressure is out of its range.
@@ -126,12 +118,12 @@ class PressureScan:
         """
         gripper = self.gripper
         shape = gripper.unloaded_shape(pressure)
-        q = self.start_at(pressure) if start is None else start
+        track = self._track(pressure)
+        q = _orientations_between(track, pressure)
         rod = uniform_rod(gripper.rod(shape), gripper.load(shape))
         solved = solve_uniform(q, rod, 0)
         if solved.folds or solved.solution.outcome != CONVERGED:
             # Followed step by step from the nearest state that was solved.
-            track = self._track(pressure)
             nearest = int(np.argmin(np.abs(track.pressures - pressure)))
             stations = (float(track.pressures[nearest]), pressure)
             path = self._path(stations, track.states[nearest])
@@ -141,16 +133,8 @@ class PressureScan:
 
     def samples(self, track: Track) -> list[Wrap]:
         """Return what the gripper wraps along a track, often enough to show how it changes."""
-        solved = [
-            self._wrap(float(p), s) for p, s in zip(track.pressures, track.states, strict=True)
-        ]
-        if self.gripper.object_axis is None:
-            return solved
-        wraps = solved[:1]
-        for below, above in pairwise(solved):
-            between = np.linspace(below.pressure, above.pressure, GIVEN_AXIS_SAMPLES + 1)[1:-1]
-            wraps += [*(self.wrap_at(pressure) for pressure in between.tolist()), above]
-        return wraps
+        solved = zip(track.pressures.tolist(), track.states, strict=True)
+        return [self._wrap(pressure, state) for pressure, state in solved]
 
     def _track(self, pressure: float) -> Track:
         return self.tracks[bisect_left(self.snaps, pressure)]
@@ -184,8 +168,20 @@ class PressureScan:
 
 def _track(solved: Sequence[tuple[float, RodState]]) -> Track:
     pressures, states = zip(*solved, strict=True)
-    orientations = np.array([state.orientations for state in states])
-    return Track(np.array(pressures), orientations, states)
+    return Track(np.array(pressures), states)
+
+
+def _orientations_between(track: Track, pressure: float) -> Array:
+    """Return orientations (N + 1, 4) at a pressure [Pa], from the states of a track next to it.
+
+    Polynomials of the quaternions: the states must follow each other without a snap.
+    """
+    inside = min(max(pressure, track.pressures[0]), track.pressures[-1])
+    first, weights = lagrange_weights(track.pressures, inside, STATES)
+    near = [state.orientations for state in track.states[first : first + len(weights)]]
+    mixed: Array = np.einsum("s,snq->nq", weights, near)
+    mixed /= np.sqrt(np.einsum("nq,nq->n", mixed, mixed))[:, None]
+    return mixed
 
 
 def strain_of(shape: UnloadedShape) -> float:
@@ -222,6 +218,7 @@ def sample_pressures(gripper: Gripper) -> list[float]:
         )
         raise InvalidInputError("length", gripper.tube.length, requirement, "m")
     samples = max(FEWEST_SAMPLES, math.ceil(turn / SAMPLE_TURN))
+    samples *= 1 if gripper.object_axis is None else GIVEN_AXIS_SAMPLES
     levels = np.linspace(0.0, covered[-1], samples + 1)[1:]
     pressures = np.interp(levels, covered, fine[: end + 1])
     pressures[-1] = fine[end]
