@@ -34,12 +34,12 @@ from spiral_core.grip.capture import (
     CaptureRegion,
     Misplacement,
 )
+from spiral_core.grip.grip import recommended_grip
 from spiral_core.grip.setup import GripSetup
 from spiral_gripper import load_gripper
-from spiral_gripper.cli.capture import recommended
 from spiral_gripper.cli.workers import core_count, process_pool
 from spiral_gripper.reports.grip.plots import capture_figure
-from spiral_gripper.reports.grip.study import CaptureFile
+from spiral_gripper.reports.grip.study import capture_file
 from spiral_gripper.reports.style import DPI
 
 GRIPPER, RADIUS, PAYLOAD = "paper_design_70", 0.015, 0.020
@@ -111,10 +111,10 @@ def closed(
 def measure(count: int) -> tuple[Table, CaptureRegion]:
     """Return how many random misplacements are held where they should be, and the region."""
     setup = lay_into_coil(load_gripper(GRIPPER), RADIUS)
-    pressure = recommended(setup, PAYLOAD, quiet=True)
-    store = CaptureFile(KEPT, setup, pressure, PAYLOAD)
+    pressure = recommended_grip(setup, PAYLOAD).pressure
+    store = capture_file(KEPT, setup, pressure, PAYLOAD)
     finer = replace(setup, elements=2 * setup.element_count)
-    fine = CaptureFile(KEPT, finer, pressure, PAYLOAD)
+    fine = capture_file(KEPT, finer, pressure, PAYLOAD)
     with process_pool(core_count()) as pool:
         region = capture_region(
             setup, pressure, PAYLOAD, executor=pool, known=store.known, keep=store.keep

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line: help, what it says to who waits, Ctrl-C, the doctor."""
 
-import io
 import json
 import os
 import signal
@@ -9,7 +8,6 @@ import subprocess
 import sys
 import time
 from importlib.util import find_spec
-from types import SimpleNamespace
 
 import pytest
 
@@ -18,7 +16,6 @@ from spiral_core.calibration.regression import DEFAULT_LEVEL
 from spiral_core.calibration.uncertainty import DRAWS_MIN
 from spiral_core.wrap.gripper import DEFAULT_TURNS, FRICTION_MAX
 from spiral_gripper.cli import calibrate, doctor, types
-from spiral_gripper.cli import main as main_module
 from spiral_gripper.cli.main import COMMANDS
 from spiral_gripper.files.description import GRAVITY_MAX
 from spiral_gripper.files.fields import LAWS
@@ -60,13 +57,6 @@ def test_options_have_the_cores_defaults_and_limits():
     assert (calibrate.DEFAULT_LEVEL, calibrate.DRAWS_MIN) == (DEFAULT_LEVEL, DRAWS_MIN)
 
 
-class Terminal(io.StringIO):
-    """Standard error as a person at a terminal has it."""
-
-    def isatty(self):
-        return True
-
-
 def test_who_waits_for_a_compilation_is_told_once():
     """By what imports the edge, command or script: the core prints nothing."""
     code = """
@@ -86,20 +76,6 @@ print(repr(sys.stderr.getvalue()))
 """
     before, after = started("-c", code).communicate()[0].splitlines()
     assert (before, after.count("compiling the solver, once")) == ("''", 1)
-
-
-@pytest.mark.parametrize("command", ["wrap", "watch"])
-def test_who_waits_at_a_terminal_is_told_what_for(monkeypatch, command):
-    screen = Terminal()
-    no_time = lambda _, say: SimpleNamespace(start=say, cancel=lambda: None)  # noqa: E731
-    monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setattr(sys, "argv", ["spiral-gripper", command])
-    monkeypatch.setattr(main_module, "Timer", no_time)
-    monkeypatch.setattr(main_module, "run", lambda _: 0)
-    monkeypatch.setattr(signal, "getsignal", lambda _: None)  # else Ctrl-C would end this process
-    with pytest.raises(SystemExit):
-        main_module.main()
-    assert ("computing" in screen.getvalue()) is (command == "wrap")
 
 
 # A terminal interrupts all of them; some commands end at once where no worker would be left.

@@ -77,8 +77,9 @@ def test_the_calibration_page_has_every_column_the_error_and_the_coverage():
     assert unnamed == {"twist_error", "bend_angle_error", "object_radius_error"}
     rows = ["1,1,1,1", "2,1,1,1", "three,1,1,1", *["4,1,1,1"] * 4, "5,1,1"]
     header = "pressure [psi],extension [mm],extension_error [mm],section_length [mm]"
+    Path("bench.csv").write_text("\n".join([header, *rows]), "utf-8")
     with pytest.raises(TableError) as caught:
-        read_table("\n".join([header, *rows]), "bench.csv", COLUMNS)
+        read_table(Path("bench.csv"), COLUMNS)
     assert f"```text\n{caught.value}\n```" in text
     stated = re.search(r"each of (\d+) kinds.*?([\d.]+) to ([\d.]+) %", text, re.DOTALL)
     kinds, low, high = map(float, stated.groups())

@@ -4,26 +4,24 @@
 import math
 from contextlib import suppress
 from dataclasses import astuple
+from pathlib import Path
 
 import pytest
 from edge.recorded import cases, check, written
 from hypothesis import given
 from hypothesis import strategies as st
 
-from spiral_gripper.bench.measurements import (
-    COLUMNS,
-    measurements_of,
-)
+from spiral_gripper.bench.measurements import load_measurements
 from spiral_gripper.bench.options import CalibrationOptions
-from spiral_gripper.files.table import TableError, read_table
+from spiral_gripper.files.table import TableError
 
 PSI = 6894.757293168361
 
 
 def parse(text, **options):
     stated = CalibrationOptions(**options)
-    table = read_table(text, "bench.csv", COLUMNS, stated.units, stated.ignored)
-    return measurements_of(table, 0.361, stated)
+    Path("bench.csv").write_text(text, "utf-8")
+    return load_measurements("bench.csv", 0.361, stated)
 
 
 def problems(text, **options):

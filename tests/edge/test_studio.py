@@ -114,8 +114,8 @@ def test_a_session_answers_the_newest_settings_and_exports_what_is_shown():
     session = Session(DESCRIPTION, SETTINGS, lambda _: heard.release())
     moved = replace(SETTINGS, object_radius=0.025, length=0.3)
     session.update(moved)
-    assert not session.current
-    while not session.current:
+    assert session.known is None
+    while session.known is None:
         assert heard.acquire(timeout=60.0)
     assert session.answer.wrap.object_radius == pytest.approx(0.025)
     session.update(replace(moved, pressure=1e9))
@@ -123,7 +123,7 @@ def test_a_session_answers_the_newest_settings_and_exports_what_is_shown():
     session.update(replace(moved, pressure=5e4))
     with pytest.raises(InvalidInputError):
         session.update(replace(SETTINGS, length=-1.0))
-    assert session.current
+    assert session.known is not None
     written = {name: write(session) for name, (_, write) in EXPORTS.items()}
     session.close()
     saved = written["gripper file"].decode()
@@ -138,7 +138,7 @@ def test_words_say_what_is_known(answer):
     assert told(None, waited=0.4).startswith("**computing ..., 0 s**")
     text = told(answer, waited=7.2)
     assert "misses the object by up to 2.36 mm\n\ncontact: computing ..., 7 s" in text
-    unheld = told(replace(answer, no_grip="it slips"))
+    unheld = told(replace(answer, refusal="it slips"))
     assert unheld.startswith("**not wrapped** (in contact)")
     assert "**not held:** it slips" in unheld
 

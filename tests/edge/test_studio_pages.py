@@ -11,7 +11,7 @@ from edge.recorded import cases, changed, check, figures
 
 from spiral_core.grip import grip
 from spiral_gripper.files.catalog import GRIPPERS
-from spiral_gripper.studio import closing, page
+from spiral_gripper.studio import page
 
 TEXT = (GRIPPERS.path / "paper_design_70.yaml").read_text("utf-8")
 # What the page said.
@@ -99,8 +99,7 @@ def test_the_page_shows_what_was_recorded(count, monkeypatch):
     monkeypatch.setattr(grip, "FORCE_PRESSURES", 2)
     slept = []
     clock = SimpleNamespace(sleep=slept.append, monotonic=lambda: sum(slept))
-    for module in (page, closing):
-        monkeypatch.setattr(module, "time", clock)
+    monkeypatch.setattr(page, "time", clock)
     server, before = Server(), {}
     opened = page.Page(server, "paper_design_70")
     for case in [*cases("studio.txt")][:count]:

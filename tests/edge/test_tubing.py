@@ -11,7 +11,6 @@ from repo.source_tree import FENCED, ROOT
 from spiral_core import DesignRequirement, MooneyRivlin, PressureLaw
 from spiral_core.design.requirement import SECTION_OVER_UNIFORM
 from spiral_gripper import DescriptionError, load_tubing
-from spiral_gripper.files.tubing import parse_tubing
 
 GOOD = """\
 name: mine
@@ -21,7 +20,8 @@ sizes: [8 mm x 1 mm, 6 mm x 3 mm]
 
 
 def parse(text):
-    return parse_tubing(text, Path("mine.yaml"))
+    Path("mine.yaml").write_text(text, "utf-8")
+    return load_tubing("mine.yaml")
 
 
 def test_the_shipped_list_and_a_file_of_ones_own():
@@ -38,7 +38,7 @@ def test_the_shipped_list_and_a_file_of_ones_own():
 def test_the_tubing_that_the_page_offers_for_helical_fibers_is_designed_with():
     page = (ROOT / "docs" / "design.md").read_text("utf-8")
     (example,) = [text for language, text in FENCED.findall(page) if language == "yaml"]
-    tubing = parse_tubing(example, Path("section.yaml"))
+    tubing = parse(example)
     scaled = [SECTION_OVER_UNIFORM * c for c in astuple(load_tubing("natural_latex").elastomer.law)]
     assert tubing.elastomer.law == MooneyRivlin(*scaled)
     requirement = DesignRequirement(0.011, 0.03, tubing.sizes, (tubing.elastomer,))

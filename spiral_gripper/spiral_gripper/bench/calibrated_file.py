@@ -94,7 +94,7 @@ def calibrated_text(
         if section != "material":
             if not isinstance(root.get(section), dict):
                 root[section] = type(root)()
-            _put(root[section], key, _text(name, calibration.value(name)), calibration, name)
+            _put(root[section], key, calibration.value(name), calibration, name)
     law = law_name(calibration.model.fitted_law)
     note = (
         f"# Calibrated: {law} fitted{_named('to', measured_files)}, "
@@ -117,16 +117,16 @@ def _write_law(material: CommentedMap, calibration: Calibration) -> None:
         value = float(getattr(calibration.actuator.material, name))
         if name not in material:
             material.insert(place, name, None)
-        _put(material, name, _text(name, value), calibration, name)
+        _put(material, name, value, calibration, name)
         place = list(material).index(name) + 1
     material.ca.items[wanted[-1]][2].value += orphaned
 
 
 def _put(
-    section: CommentedMap, key: str, text: str | float, calibration: Calibration, name: str
+    section: CommentedMap, key: str, value: float, calibration: Calibration, name: str
 ) -> None:
     """Set one field, with its interval as its comment in place of any older one."""
-    section[key] = text
+    section[key] = _text(name, value)
     if name not in calibration.names:
         comment = "held in the fit"
     elif name in calibration.at_bound:
@@ -170,11 +170,11 @@ def _write_new(source: Path, text: str, target: Path | None, word: str) -> Path:
     """Write a text that is a valid description to a file that does not exist."""
     # Beside a gripper that is shipped with the package would be inside of the package.
     folder = Path() if source.parent == GRIPPERS.path else source.parent
-    beside = f"{source.stem}_{word}"
-    path, number = target or folder / f"{beside}{source.suffix}", 1
+    beside = folder / f"{source.stem}_{word}{source.suffix}"
+    path, number = target or beside, 1
     while target is None and path.exists():
         number += 1
-        path = folder / f"{beside}_{number}{source.suffix}"
+        path = beside.with_stem(f"{beside.stem}_{number}")
     try:
         parse_description(text, path)
     except DescriptionError as error:

@@ -22,7 +22,7 @@ from spiral_core import (
 )
 from spiral_core.calibration.readings import Reading
 from spiral_gripper.bench.options import CalibrationOptions
-from spiral_gripper.files.table import Row, Table, read_table_file
+from spiral_gripper.files.table import Row, Table, read_table
 from spiral_gripper.files.units import Dimension, parse_number, parse_quantity
 
 COLUMNS = MappingProxyType(
@@ -60,7 +60,10 @@ class Measurements:
 def load_measurements(
     path: str | os.PathLike[str], tube_length: float, options: CalibrationOptions | None = None
 ) -> Measurements:
-    """Return the readings of a CSV file.
+    r"""Return the readings of a CSV file.
+
+    Each row gives a reading for each kind of measurement whose cells it fills; a row that gives
+    none is an error, as is any cell that cannot be read.
 
     Args:
         path: the file.
@@ -69,39 +72,23 @@ def load_measurements(
 
     Raises:
         TableError: the file cannot be used; the error names every bad line and column.
-    """
-    source, options = Path(path), options or CalibrationOptions()
-    table = read_table_file(source, COLUMNS, options.units, options.ignored)
-    return measurements_of(table, tube_length, options)
-
-
-def measurements_of(table: Table, tube_length: float, options: CalibrationOptions) -> Measurements:
-    r"""Return the readings of a table.
-
-    Each row gives a reading for each kind of measurement whose cells it fills; a row that gives
-    none is an error, as is any cell that cannot be read.
-
-    Args:
-        table: the file's content.
-        tube_length: unstretched length of the described tube [m].
-        options: what is stated beside the file.
-
-    Raises:
-        TableError: it cannot be used; the error names every bad line and column.
 
     Example:
-        >>> from spiral_gripper.files.table import read_table
-        >>> text = "pressure [psi],extension [mm],extension_error [mm]\n4,2.5,0.2\n"
-        >>> table = read_table(text, "bench.csv", COLUMNS)
-        >>> readings = measurements_of(table, 0.1, CalibrationOptions()).readings
-        >>> readings[0].extension, readings[0].section_length
-        (0.0025, 0.1)
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = Path(folder) / "bench.csv"
+        ...     _ = file.write_text("pressure [psi],twist [deg],twist_error [deg]\n4,90,2\n")
+        ...     (reading,) = load_measurements(file, 0.1).readings
+        >>> round(reading.twist, 6), reading.section_length
+        (1.570796, 0.1)
     """
+    source, options = Path(path), options or CalibrationOptions()
+    table = read_table(source, COLUMNS, options.units, options.ignored)
     length = tube_length if options.section_length is None else options.section_length
     found = readings_of(table, KINDS, options, length)
     lines, readings = zip(*found, strict=True)
     units = {name: column.unit for name, column in table.columns.items()}
-    return Measurements(Path(table.file), readings, lines, units)
+    return Measurements(source, readings, lines, units)
 
 
 def readings_of(
@@ -139,12 +126,14 @@ class Kind:
     """One kind of measurement.
 
     Attributes:
+        reading: its class.
         name: the measured column.
         error_name: the column and the option that state its error, without ``_error``.
         needs: the other columns that it requires.
         make: the reading from a row's values and its two errors.
     """
 
+    reading: type[Reading | SwingReading]
     name: str
     error_name: str
     needs: tuple[str, ...]
@@ -156,30 +145,34 @@ class Kind:
         return frozenset({self.name, *self.needs} - {"pressure"})
 
 
-def _on_section(
-    kind: type[ExtensionReading | TwistReading | BendReading], name: str
-) -> Callable[[Values, float, float], Reading]:
-    """Return what makes readings of one value of a section of the tube."""
-    return lambda values, *errors: kind(
+def _on_section(kind: type[ExtensionReading | TwistReading | BendReading], name: str) -> Kind:
+    """Return a kind of measurement that is one value of a section of the tube."""
+    return Kind(kind, name, name, ("pressure",), lambda values, *errors: kind(
         values["pressure"], values[name], values["section_length"], *errors
-    )
+    ))  # fmt: skip
 
 
 KINDS = (
-    Kind("extension", "extension", ("pressure",), _on_section(ExtensionReading, "extension")),
-    Kind("twist", "twist", ("pressure",), _on_section(TwistReading, "twist")),
-    Kind("bend_angle", "bend_angle", ("pressure",), _on_section(BendReading, "bend_angle")),
-    Kind("x", "position", ("pressure", "y", "z"), lambda values, *errors: ShapeReading(
-        values["pressure"], (values["x"], values["y"], values["z"]), values.get("arc_length"),
-        *errors,
+    _on_section(ExtensionReading, "extension"),
+    _on_section(TwistReading, "twist"),
+    _on_section(BendReading, "bend_angle"),
+    Kind(ShapeReading, "x", "position", ("pressure", "y", "z"), lambda values, *errors: (
+        ShapeReading(
+            values["pressure"], (values["x"], values["y"], values["z"]), values.get("arc_length"),
+            *errors,
+        )
     )),
-    Kind("object_radius", "object_radius", ("pressure",), lambda values, *errors: GripReading(
-        values["pressure"], values["object_radius"], *errors
+    Kind(GripReading, "object_radius", "object_radius", ("pressure",), lambda values, *errors: (
+        GripReading(values["pressure"], values["object_radius"], *errors)
     )),
 )  # fmt: skip
-SWING = Kind("displacement", "displacement", ("time", "pressure"), lambda values, error, _: (
-    SwingReading(values["time"], values["displacement"], error)
-))  # fmt: skip
+SWING = Kind(
+    SwingReading, "displacement", "displacement", ("time", "pressure"), lambda values, error, _: (
+        SwingReading(values["time"], values["displacement"], error)
+    ),
+)  # fmt: skip
+# The column that each kind of reading measures; of a shape the first of three.
+COLUMN_OF = {kind.reading: kind.name for kind in KINDS}
 # What an error can be stated for beside the files, and the column that it is the error of.
 ERROR_COLUMNS = MappingProxyType(
     {"pressure": "pressure", **{kind.error_name: kind.name for kind in KINDS}}

@@ -16,14 +16,13 @@ import numpy as np
 from spiral_core import (
     BendReading,
     ExtensionReading,
-    GripReading,
     ShapeReading,
     SpiralError,
     TwistReading,
 )
 from spiral_core.calibration.model import Trial, predict
 from spiral_core.calibration.readings import Reading
-from spiral_gripper.bench.measurements import COLUMNS
+from spiral_gripper.bench.measurements import COLUMN_OF, COLUMNS
 from spiral_gripper.files.plausibility import MODULI
 from spiral_gripper.files.units import convert_from_si, parse_quantity
 
@@ -34,14 +33,6 @@ EXPLAINED = math.log(1.6)
 NEARLY = 0.1
 # Units that differ by less than this fraction are one.
 SAME_UNIT = 1e-9
-# The column that each kind of reading measures.
-COLUMN_OF: dict[type[Reading], str] = {
-    ExtensionReading: "extension",
-    TwistReading: "twist",
-    BendReading: "bend_angle",
-    ShapeReading: "x",
-    GripReading: "object_radius",
-}
 # Where nothing is predicted, or with another sign, the readings are as wrong as this ratio.
 HOPELESS = math.log(1.0e3)
 # Steps in which the modulus is sought that the readings need [logarithm].

@@ -13,31 +13,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spiral_core import (
-    BendReading,
-    ExtensionReading,
-    GripReading,
     ShapeReading,
     SpiralError,
-    TwistReading,
     WrapCurve,
     pressure_uncertainty,
     regime_chart,
 )
 from spiral_core.calibration.fit import Calibration
-from spiral_core.calibration.readings import Reading
 from spiral_core.calibration.uncertainty import RadiusPressure
+from spiral_gripper.bench.measurements import COLUMNS, KINDS, Kind
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.plots import regime_figure
 from spiral_gripper.reports.style import COLORS, paper_style, set_title, style_axes
 
-# What is measured, and its SI unit.
-_AXES: dict[type[Reading], tuple[str, str]] = {
-    ExtensionReading: ("extension", "m"),
-    TwistReading: ("twist", "rad"),
-    BendReading: ("bend angle", "rad"),
-    ShapeReading: ("coordinate", "m"),
-    GripReading: ("object radius", "m"),
-}
 # Of the band: radii, and the smallest as a part of the largest.
 BAND_POINTS, SMALLEST = 9, 0.25
 _MEASURED, _FITTED, _COORDINATES = COLORS[0], COLORS[2], (COLORS[0], COLORS[1], COLORS[4])
@@ -54,14 +42,15 @@ def residual_figure(calibration: Calibration, name: str) -> Figure:
         calibration: the fit to show.
         name: of the gripper.
     """
-    kinds = [kind for kind in _AXES if any(isinstance(r, kind) for r in calibration.readings)]
+    found = {type(reading) for reading in calibration.readings}
+    kinds = [kind for kind in KINDS if kind.reading in found]
     figure = Figure(figsize=(7.0, 0.4 + 2.4 * len(kinds)), layout="constrained")
     rows = figure.subplots(len(kinds), 2, squeeze=False)
     for kind, (fit, left_over) in zip(kinds, rows, strict=True):
         _draw_kind(calibration, kind, fit, left_over)
     law = calibration.model.fitted_law.__name__
     scale = f"residuals {calibration.error_scale:.3g} times the stated errors"
-    set_title(figure, f"{name}: {law}, {len(calibration.readings)} readings, {scale}", 110)
+    set_title(figure, f"{name}: {law}, {len(calibration.readings)} readings, {scale}")
     return figure
 
 
@@ -91,17 +80,17 @@ def pressure_figure(calibration: Calibration, name: str, level: float) -> Figure
     return regime_figure(chart, f"{name}, calibrated, {100.0 * level:.4g} % interval", found)
 
 
-def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_over: Axes) -> None:
+def _draw_kind(calibration: Calibration, kind: Kind, fit: Axes, left_over: Axes) -> None:
     """Draw one kind of reading: measured, fitted (a line, or the crosses of shapes), residuals."""
-    name, unit = _AXES[kind]
-    readings = calibration.readings
-    chosen = np.repeat([isinstance(r, kind) for r in readings], [len(r.measured) for r in readings])
-    pressures = np.repeat([r.pressure for r in readings], [len(r.measured) for r in readings])
+    unit, readings = COLUMNS[kind.name].si_unit, calibration.readings
+    counts = [len(one.measured) for one in readings]
+    chosen = np.repeat([isinstance(one, kind.reading) for one in readings], counts)
+    pressures = np.repeat([one.pressure for one in readings], counts)
     at = in_units(pressures[chosen], "Pa")
     predicted = in_units(calibration.predictions[chosen], unit)
     errors = in_units(calibration.errors[chosen], unit)
     residuals = calibration.residuals[chosen]
-    shape = kind is ShapeReading
+    shape = kind.reading is ShapeReading
     parts = zip("xyz", _COORDINATES, strict=True) if shape else [("", _MEASURED)]
     for offset, (coordinate, color) in enumerate(parts):
         one = slice(offset, None, 3 if shape else 1)
@@ -119,6 +108,7 @@ def _draw_kind(calibration: Calibration, kind: type[Reading], fit: Axes, left_ov
     left_over.axhspan(-2.0, 2.0, color="#e6e6e6", lw=0.0, label="± 2 stated errors")
     left_over.axhline(0.0, color="black", linewidth=0.8)
     left_over.plot(at, residuals, "o", color=_MEASURED, markersize=3.5)
+    name = "coordinate" if shape else kind.name.replace("_", " ")
     fit.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(name, unit))
     left_over.set(xlabel=axis_label("pressure", "Pa"))
     left_over.set(ylabel="(fitted - measured) / stated error")

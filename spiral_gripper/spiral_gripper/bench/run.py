@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -41,6 +41,7 @@ from spiral_gripper.bench.doubts import (
     warnings_of,
 )
 from spiral_gripper.bench.measurements import (
+    COLUMN_OF,
     COLUMNS,
     ERROR_COLUMNS,
     Measurements,
@@ -49,7 +50,6 @@ from spiral_gripper.bench.measurements import (
 )
 from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.plausibility import (
-    COLUMN_OF,
     EXPLAINED,
     discrepancy,
     needed_modulus,
@@ -110,17 +110,15 @@ def load_files(
             raise InvalidInputError(f"--error {name}", text, "positive")
     length = description.actuator.tube.length
     loaded = [load_measurements(file, length, options) for file in files]
-    columns = frozenset().union(*(one.units for one in loaded))
-    for name in options.units:
-        if name not in columns:
-            raise InvalidInputError(
-                "--unit", name, f"for a column of the files: {_listed(columns)}"
-            )
+    columns: set[str] = set().union(*(one.units for one in loaded))
     with_errors = {name for name, column in ERROR_COLUMNS.items() if column in columns}
-    for name in options.errors:
-        if name not in with_errors:
-            requirement = f"for a column of the files: {_listed(with_errors)}"
-            raise InvalidInputError("--error", name, requirement)
+    for option, names, known in (
+        ("--unit", options.units, columns), ("--error", options.errors, with_errors),
+    ):  # fmt: skip
+        for name in names:
+            if name not in known:
+                requirement = f"for a column of the files: {', '.join(sorted(known))}"
+                raise InvalidInputError(option, name, requirement)
     # An option that changes no reading, because columns say it, was not meant so.
     unused: list[tuple[str, object, str, CalibrationOptions]] = [
         (f"--error {name}", text, "1", replace(options, errors=_without(options.errors, name)))
@@ -140,10 +138,6 @@ def load_files(
 
 def _without(errors: Mapping[str, str], name: str) -> dict[str, str]:
     return {key: text for key, text in errors.items() if key != name}
-
-
-def _listed(names: Collection[str]) -> str:
-    return ", ".join(sorted(names))
 
 
 def calibrate_gripper(
@@ -228,9 +222,10 @@ def run_calibration(
     """
     options, trial = options or CalibrationOptions(), _trial(description)
     for one in measurements:
-        if not options.accept_implausible:
-            _refuse_mix_ups(trial, one)
-        _refuse_contradictions(trial, one, robust=options.robust)
+        problems = [] if options.accept_implausible else _mix_ups(trial, one)
+        problems = problems or _contradictions(trial, one, robust=options.robust)
+        if problems:
+            raise TableError(problems)
     readings = [reading for one in measurements for reading in one.readings]
 
     def outcome(law: str) -> Outcome:
@@ -330,8 +325,8 @@ def calibration_model(
         raise InvalidInputError("--hold", error.value, error.requirement) from None
 
 
-def _refuse_mix_ups(trial: Trial, measurements: Measurements) -> None:
-    """Raise TableError for readings that no elastomer gives, but a mix-up of units does."""
+def _mix_ups(trial: Trial, measurements: Measurements) -> list[BadCell]:
+    """Return the readings that no elastomer gives, but a mix-up of units does."""
     problems = []
     for readings in _by_kind(measurements.readings):
         if discrepancy(trial, readings, 1.0, 1.0) < EXPLAINED or needed_modulus(trial, readings):
@@ -346,12 +341,11 @@ def _refuse_mix_ups(trial: Trial, measurements: Measurements) -> None:
         )
         heading = f"pressure, {COLUMN_OF[type(readings[0])]}"
         problems.append(BadCell(str(measurements.source), line, None, heading, reason))
-    if problems:
-        raise TableError(problems)
+    return problems
 
 
-def _refuse_contradictions(trial: Trial, measurements: Measurements, *, robust: bool) -> None:
-    """Raise TableError for readings that no constants bring together, with their lines."""
+def _contradictions(trial: Trial, measurements: Measurements, *, robust: bool) -> list[BadCell]:
+    """Return the readings that no constants bring together, with their lines."""
     # Of the described tube, whose limit may lie below a reading.
     chosen = [
         (line, one)
@@ -367,8 +361,7 @@ def _refuse_contradictions(trial: Trial, measurements: Measurements, *, robust: 
         others = "".join(f" (with line {line})" for line in lines)
         reason = f"must be {one.reason}, got {values}{others}"
         problems.append(BadCell(str(measurements.source), line, None, one.quantity, reason))
-    if problems:
-        raise TableError(problems)
+    return problems
 
 
 def _by_kind(readings: Sequence[Reading]) -> list[list[Reading]]:

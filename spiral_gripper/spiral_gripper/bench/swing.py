@@ -15,7 +15,7 @@ from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.report import interval_text
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import shown
-from spiral_gripper.files.table import read_table_file
+from spiral_gripper.files.table import read_table
 from spiral_gripper.reports.fields import Field, Json, Rows, data
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
@@ -117,7 +117,7 @@ FREE_SWING = (
 
 def _read(path: Path, options: CalibrationOptions) -> tuple[list[SwingReading], float]:
     """Return the readings of a file, and the one pressure at which they were made [Pa]."""
-    table = read_table_file(path, COLUMNS, options.units, options.ignored)
+    table = read_table(path, COLUMNS, options.units, options.ignored)
     readings = [reading for _, reading in readings_of(table, (SWING,), options)]
     pressure = table.rows[0].values["pressure"]
     for row in table.rows:

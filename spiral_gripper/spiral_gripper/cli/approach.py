@@ -15,18 +15,20 @@ from spiral_gripper.cli.types import (
     NUMBER,
     POSITIVE_LENGTH,
     QuantityType,
-    Suffixed,
     flag,
     friction_option,
     gripper_argument,
+    jobs_option,
     option,
     output_options,
     payload_option,
     plot_option,
+    results_option,
     typed,
     unit_vector,
+    wanted,
 )
-from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
+from spiral_gripper.cli.workers import computing
 
 
 @click.command()
@@ -58,11 +60,7 @@ from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
     shown="180 deg",
 )
 @flag("--coarse", "Only whether it grips, and poses; no regions.")
-@option(
-    "--results",
-    Suffixed((".jsonl",)),
-    "A .jsonl file with one line for each result; those found in it are not computed again.",
-)
+@results_option
 @jobs_option
 @output_options
 @plot_option
@@ -76,9 +74,6 @@ def approach(
     tilt_max: float,
     coarse: bool,
     results: Path | None,
-    jobs: int | None,
-    as_json: bool,
-    plot: Path | None,
 ) -> int:
     """Print how an arm should hold GRIPPER to grip an object that stands in the world.
 
@@ -89,7 +84,7 @@ def approach(
     from spiral_core.grip.approach import ApproachTask, find_approaches
     from spiral_core.wrap.gripper import STANDARD_GRAVITY
     from spiral_gripper.reports.grip.approach import answer_as_dict, print_answer
-    from spiral_gripper.reports.grip.study import ApproachFile
+    from spiral_gripper.reports.grip.study import approach_file
 
     x, y, z = unit_vector("--gravity", gravity)
     own = described(gripper).gripper
@@ -103,8 +98,8 @@ def approach(
         payload,
         min(tilt_max, math.pi),
     )
-    store = ApproachFile(results, task)
-    with worker_pool(jobs) as executor, progress_bar("closing", quiet=as_json) as progress:
+    store = approach_file(results, task)
+    with computing("closing") as (executor, progress):
         answer = find_approaches(
             task,
             coarse=coarse,
@@ -113,14 +108,14 @@ def approach(
             known=store.known,
             keep=store.keep,
         )
-    if as_json:
+    if wanted("json"):
         print_json(answer_as_dict(answer))
     else:
         from rich.console import Console
 
         print_answer(answer, Console())
-    if plot is not None and answer.approaches:
+    if wanted("plot") and answer.approaches:
         from spiral_gripper.reports.grip.plots import approach_figure
 
-        write_picture(approach_figure(answer, f"{own.name} on radius {typed('radius')}"), plot)
+        write_picture(approach_figure(answer, f"{own.name} on radius {typed('radius')}"))
     return 0 if answer.approaches else 1

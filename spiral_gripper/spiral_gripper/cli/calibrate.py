@@ -25,7 +25,9 @@ from spiral_gripper.cli.types import (
     option,
     output_options,
     plot_option,
+    wanted,
 )
+from spiral_gripper.cli.workers import progress_bar
 
 if TYPE_CHECKING:
     from spiral_gripper.bench.measurements import Measurements
@@ -122,8 +124,6 @@ def calibrate(
     free_swing: bool,
     save: Path | None,
     no_save: bool,
-    as_json: bool,
-    plot: Path | None,
     report: Path | None,
     **options: Any,  # noqa: ANN401  # of parse_options
 ) -> int:
@@ -146,36 +146,37 @@ def calibrate(
     if free_swing:
         if measured_curve or save is not None:
             raise click.UsageError("--free-swing writes no gripper file and excludes other kinds")
-        _refuse_unused("--free-swing fits the damping only", stated, plot, report, "--hold")
+        _refuse_unused("--free-swing fits the damping only", stated, report, "--hold")
         if stated.section_length is not None or stated.accept_implausible:
             unused = "--section-length and --accept-implausible"
             raise click.UsageError(f"--free-swing takes the gripper's length: leave {unused} out")
         from spiral_gripper.bench.swing import FREE_SWING, fit_free_swing
 
-        print_result(FREE_SWING, fit_free_swing(description, files, stated), as_json)
+        print_result(FREE_SWING, fit_free_swing(description, files, stated))
         return 0
     measurements = load_files(description, files, stated)
     if measured_curve:
-        _refuse_unused("--measured-curve fits nothing", stated, plot, report)
-        return _write_curve(description, measurements, save, no_save, as_json)
+        _refuse_unused("--measured-curve fits nothing", stated, report)
+        return _write_curve(description, measurements, save, no_save)
     from spiral_gripper.bench.report import CALIBRATION, radius_rows
     from spiral_gripper.bench.run import calibrate_gripper
     from spiral_gripper.reports.fields import document_of, rows_of
 
-    result = calibrate_gripper(description, measurements, stated)
+    with progress_bar("fitting"):
+        result = calibrate_gripper(description, measurements, stated)
     typed_values = click.get_current_context().obj or {}
     # Radii that cannot be gripped do not stop the rest.
     refusals = [error_text(error, typed_values) for error in result.refusals]
-    if as_json:
+    if wanted("json"):
         print_json({**document_of(CALIBRATION, result), "refusals": refusals})
     else:
         warnings = [("warning", warning) for warning in result.warnings]
         print_lines([*rows_of(CALIBRATION, result), *warnings, *radius_rows(result)])
     name, best = description.gripper.name, result.choice.best
-    if plot is not None:
+    if wanted("plot"):
         from spiral_gripper.bench.residual_plot import residual_figure
 
-        write_picture(residual_figure(best, name), plot)
+        write_picture(residual_figure(best, name))
     if report is not None:
         from spiral_gripper.bench.written_report import write_calibration_report
 
@@ -196,14 +197,13 @@ def _write_curve(
     measurements: list[Measurements],
     save: Path | None,
     no_save: bool,
-    as_json: bool,
 ) -> int:
     """Print the measured actuation curve, and write it into a gripper file."""
     from spiral_gripper.bench.run import measured_curve
     from spiral_gripper.files.shown import shown
 
     curve = measured_curve(description, measurements)
-    if as_json:
+    if wanted("json"):
         names = ("pressures", "curvatures", "torsions")
         print_json({name: getattr(curve, name) for name in names})
     else:
@@ -217,7 +217,7 @@ def _write_curve(
 
 
 def _refuse_unused(
-    reason: str, options: CalibrationOptions, plot: Path | None, report: Path | None, but: str = ""
+    reason: str, options: CalibrationOptions, report: Path | None, but: str = ""
 ) -> None:
     """Refuse options that a fit of the law has, where there is none."""
     given = {
@@ -227,7 +227,7 @@ def _refuse_unused(
         "--robust": options.robust,
         "--radius": options.radii,
         "--draws": options.draws,
-        "--plot": plot,
+        "--plot": wanted("plot"),
         "--report": report,
     }
     for name, value in given.items():

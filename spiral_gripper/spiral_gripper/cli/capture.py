@@ -4,30 +4,28 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from spiral_gripper.cli.gripper import described, mounted, own_file_beside, require_pressure
-from spiral_gripper.cli.output import print_json, print_rows, say_written, write_picture
+from spiral_gripper.cli.output import print_result, say_written, write_picture
 from spiral_gripper.cli.types import (
     POSITIVE_LENGTH,
     PRESSURE,
-    Suffixed,
     flag,
     friction_option,
     gripper_argument,
+    jobs_option,
     mount_options,
     option,
     output_options,
     payload_option,
     plot_option,
+    results_option,
     typed,
+    wanted,
 )
-from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
-
-if TYPE_CHECKING:
-    from spiral_core.grip.setup import GripSetup
+from spiral_gripper.cli.workers import computing, progress_bar
 
 
 @click.command()
@@ -36,11 +34,7 @@ if TYPE_CHECKING:
 @payload_option
 @friction_option
 @option("--pressure", PRESSURE, "Close up to this pressure.  [default: the recommended one]")
-@option(
-    "--results",
-    Suffixed((".jsonl",)),
-    "A .jsonl file with one line for each closing; those found in it are not computed again.",
-)
+@results_option
 @flag(
     "--table",
     "Add the region to NAME.capture.json beside the gripper's file, for plan_wrap of the ROS 2 "
@@ -58,9 +52,6 @@ def capture(
     pressure: float | None,
     results: Path | None,
     table: bool,
-    jobs: int | None,
-    as_json: bool,
-    plot: Path | None,
     **options: object,
 ) -> int:
     """Print how far off an object may be for GRIPPER to end wrapped around it and holding.
@@ -70,11 +61,11 @@ def capture(
     its axis, tilted, thicker or thinner. Exit code 1: it is not held in its place.
     """
     from spiral_core.grip.capture import CaptureOutcome, capture_region
+    from spiral_core.grip.grip import recommended_grip
     from spiral_core.grip.setup import lay_into_coil
     from spiral_gripper.files.regions import SUFFIX, write_region
-    from spiral_gripper.reports.fields import document_of, rows_of
     from spiral_gripper.reports.grip.capture import CAPTURE
-    from spiral_gripper.reports.grip.study import CaptureFile
+    from spiral_gripper.reports.grip.study import capture_file
 
     description = described(gripper)
     if table:
@@ -86,9 +77,10 @@ def capture(
         require_pressure(description, pressure, typed("pressure"))
     setup = lay_into_coil(mount, radius, friction=friction)
     if pressure is None:
-        pressure = recommended(setup, payload, quiet=as_json)
-    store = CaptureFile(results, setup, pressure, payload)
-    with worker_pool(jobs) as executor, progress_bar("closing", quiet=as_json) as progress:
+        with progress_bar("closing, then pulling") as progress:
+            pressure = recommended_grip(setup, payload, progress).pressure
+    store = capture_file(results, setup, pressure, payload)
+    with computing("closing") as (executor, progress):
         region = capture_region(
             setup,
             pressure,
@@ -98,28 +90,13 @@ def capture(
             known=store.known,
             keep=store.keep,
         )
-    if as_json:
-        print_json(document_of(CAPTURE, region))
-    else:
-        print_rows(f"{mount.name}, how far off may it be?", rows_of(CAPTURE, region))
+    print_result(CAPTURE, region, f"{mount.name}, how far off may it be?")
     if table and region.center is CaptureOutcome.HOLDS:
         say_written(write_region(region, description))
     elif table:
         click.echo("not held: no region is written", err=True)
-    if plot is not None:
+    if wanted("plot"):
         from spiral_gripper.reports.grip.plots import capture_figure
 
-        write_picture(capture_figure(region, f"{mount.name} on radius {typed('radius')}"), plot)
+        write_picture(capture_figure(region, f"{mount.name} on radius {typed('radius')}"))
     return 0 if region.center is CaptureOutcome.HOLDS else 1
-
-
-def recommended(setup: GripSetup, payload: float | None, *, quiet: bool) -> float:
-    """Return the pressure that ``grip`` recommends [Pa].
-
-    Raises:
-        NotGrippableError: no pressure wraps the object, or carries the payload.
-    """
-    from spiral_core.grip.grip import recommended_grip
-
-    with progress_bar("closing, then pulling", quiet=quiet) as progress:
-        return recommended_grip(setup, payload, progress).pressure

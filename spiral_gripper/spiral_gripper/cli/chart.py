@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import click
 
@@ -23,7 +22,9 @@ from spiral_gripper.cli.types import (
     plot_option,
     turns_option,
     typed,
+    wanted,
 )
+from spiral_gripper.cli.workers import computing, progress_bar
 
 CHART_BETAS = tuple(math.radians(angle) for angle in (50.0, 60.0, 70.0, 80.0))
 
@@ -45,25 +46,23 @@ def design_space(
     betas: tuple[float, ...],
     turns_required: float,
     stretch_max: float,
-    as_json: bool,
-    plot: Path | None,
 ) -> None:
     """Coil radius, object length and length over tube radius against stretch, for fiber angles.
 
     The tube and the first angle are GRIPPER's. Computed with the helix model: without gravity,
     for any material. --beta may be repeated.
     """
-    _require_output(as_json, plot)
+    _require_output()
     from spiral_core.design.charts import design_space as curves_of
 
     description = described(gripper)
     name, actuator = description.gripper.name, description.actuator
     curves = curves_of(actuator, betas or CHART_BETAS, turns_required, stretch_max)
-    _print_data(curves, as_json)
-    if plot is not None:
+    _print_data(curves)
+    if wanted("plot"):
         from spiral_gripper.reports.plots import design_space_figure
 
-        write_picture(design_space_figure(curves, name), plot)
+        write_picture(design_space_figure(curves, name))
 
 
 @chart.command()
@@ -71,19 +70,20 @@ def design_space(
 @mount_options
 @output_options
 @plot_option
-def gravity(gripper: str, as_json: bool, plot: Path | None, **options: object) -> None:
+def gravity(gripper: str, **options: object) -> None:
     """Radius, gripper length and object length against pressure, with and without gravity."""
-    _require_output(as_json, plot)
+    _require_output()
     from spiral_core.design.charts import helix_range, pressure_range
 
     mount = mounted(described(gripper).gripper, options)
-    heavy = pressure_range(mount)
+    with progress_bar("coiling"):
+        heavy = pressure_range(mount)
     weightless = helix_range(mount, heavy.pressure)
-    _print_data({"with_gravity": heavy, "without_gravity": weightless}, as_json)
-    if plot is not None:
+    _print_data({"with_gravity": heavy, "without_gravity": weightless})
+    if wanted("plot"):
         from spiral_gripper.reports.plots import gravity_figure
 
-        write_picture(gravity_figure(heavy, weightless, mount.name), plot)
+        write_picture(gravity_figure(heavy, weightless, mount.name))
 
 
 @chart.command()
@@ -97,18 +97,15 @@ def pressure(
     gripper: str,
     radius_min: float | None,
     radius_max: float | None,
-    as_json: bool,
-    plot: Path | None,
     **options: object,
 ) -> None:
     """Pressure against object radius: overhang, perfect wrap, curling, and the tip criterion's.
 
     The gripper is closed on each of 21 objects, with contact and friction, as in wrap and grip.
     """
-    _require_output(as_json, plot)
+    _require_output()
     from spiral_core.design.charts import contact_chart
     from spiral_core.wrap.curve import WrapCurve
-    from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
     from spiral_gripper.files.shown import shown
 
     curve = WrapCurve(mounted(described(gripper).gripper, options))
@@ -118,16 +115,13 @@ def pressure(
         low_text = shown(low, "m") if radius_min is None else typed("radius_min")
         high_text = shown(high, "m") if radius_max is None else typed("radius_max")
         raise click.UsageError(f"--radius-min {low_text} is not below --radius-max {high_text}")
-    with (
-        process_pool(core_count()) as executor,
-        progress_bar("closing on cylinders", quiet=as_json) as progress,
-    ):
+    with computing("closing on cylinders") as (executor, progress):
         data = contact_chart(curve, low, high, executor, progress)
-    _print_data(data, as_json)
-    if plot is not None:
+    _print_data(data)
+    if wanted("plot"):
         from spiral_gripper.reports.plots import regime_figure
 
-        write_picture(regime_figure(data, curve.gripper.name), plot)
+        write_picture(regime_figure(data, curve.gripper.name))
 
 
 @chart.command()
@@ -135,9 +129,9 @@ def pressure(
 @option("--pressure", PRESSURE, "Gauge pressure; up to three.", many="pressures", required=True)
 @output_options
 @plot_option
-def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Path | None) -> None:
+def section(gripper: str, pressures: tuple[float, ...]) -> None:
     """Cross-section of the tube at pressures, colored by the wall's axial stretch."""
-    _require_output(as_json, plot)
+    _require_output()
     if len(pressures) > 3 or any(pressure < 0.0 for pressure in pressures):
         raise click.UsageError("--pressure may be given up to three times, and not below 0")
     from spiral_core.actuator.actuation import FreeActuation
@@ -146,18 +140,18 @@ def section(gripper: str, pressures: tuple[float, ...], as_json: bool, plot: Pat
     actuator = description.actuator
     actuation = FreeActuation(actuator)
     shapes = [actuation.unloaded_shape(pressure) for pressure in pressures]
-    _print_data({"pressure": pressures, "shape": shapes}, as_json)
-    if plot is not None:
+    _print_data({"pressure": pressures, "shape": shapes})
+    if wanted("plot"):
         from spiral_gripper.reports.plots import section_figure
 
-        write_picture(section_figure(actuator, pressures, description.gripper.name), plot)
+        write_picture(section_figure(actuator, pressures, description.gripper.name))
 
 
-def _require_output(as_json: bool, plot: Path | None) -> None:
-    if not as_json and plot is None:
+def _require_output() -> None:
+    if not (wanted("json") or wanted("plot")):
         raise click.UsageError("give --plot FILE, --json, or both")
 
 
-def _print_data(data: object, as_json: bool) -> None:
-    if as_json:
+def _print_data(data: object) -> None:
+    if wanted("json"):
         print_json(data)

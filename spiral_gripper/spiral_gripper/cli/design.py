@@ -19,6 +19,7 @@ from spiral_gripper.cli.types import (
     output_options,
     plot_option,
     typed_units,
+    wanted,
 )
 from spiral_gripper.cli.workers import progress_bar
 
@@ -47,8 +48,6 @@ Example:
     "Write the gripper's description to a .yaml file, for the node and the other commands.",
 )
 def design(
-    as_json: bool,
-    plot: Path | None,
     report: Path | None,
     save: Path | None,
     paper: bool,
@@ -70,12 +69,11 @@ def design(
 
     context = click.get_current_context()
     context.with_resource(units_shown(typed_units(context.obj or {})))
-    quiet = as_json or not sys.stderr.isatty()
-    with progress_bar("designing", quiet=quiet) as move:
+    with progress_bar("designing", quiet=not sys.stderr.isatty()) as move:
         result = design_gripper(
             requirement, lambda done, total, _: move(done, total), contact=not paper
         )
-    if as_json:
+    if wanted("json"):
         from spiral_gripper.reports.design_document import report_as_dict
 
         print_json(report_as_dict(result))
@@ -99,10 +97,10 @@ def design(
 
         write_file(save, description_text(result.design, save.stem), replace=False)
         say_written(save)
-    if plot is not None:
+    if wanted("plot"):
         from spiral_gripper.reports.plots import design_figure
 
-        write_picture(design_figure(result), plot)
+        write_picture(design_figure(result))
     if report is not None:
         from spiral_gripper.reports.design_report import write_report
 

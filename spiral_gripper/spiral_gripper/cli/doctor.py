@@ -15,7 +15,7 @@ from importlib.util import find_spec
 import click
 
 from spiral_gripper.cli.output import print_json
-from spiral_gripper.cli.types import output_options
+from spiral_gripper.cli.types import output_options, wanted
 
 LIBRARIES = ("numpy", "scipy", "numba", "ruamel.yaml", "matplotlib")
 PAGE = "docs/troubleshooting.md lists causes and remedies"
@@ -24,7 +24,7 @@ PAGE = "docs/troubleshooting.md lists causes and remedies"
 @click.command()
 @click.argument("gripper", metavar="[GRIPPER]", required=False)
 @output_options
-def doctor(gripper: str | None, as_json: bool) -> int:
+def doctor(gripper: str | None) -> int:
     """Check the installation, the grippers and the ROS 2 node.
 
     GRIPPER is the name of a shipped gripper or the path of a description file; without it all
@@ -50,10 +50,10 @@ def doctor(gripper: str | None, as_json: bool) -> int:
             continue
         problem, text = _outcome(check)
         found.append({"name": name, "problem": problem, "text": text})
-        if not as_json:
+        if not wanted("json"):
             click.echo(f"{'PROBLEM' if problem else 'ok':<8} {name}: {text}")
     problems = sum(bool(each["problem"]) for each in found)
-    if as_json:
+    if wanted("json"):
         print_json({"problems": problems, "checks": found})
     else:
         click.echo(f"problems: {problems}; {PAGE}" if problems else "all well")

@@ -39,8 +39,9 @@ from spiral_gripper.cli.types import (
     typed,
     typed_all,
     unit_vector,
+    wanted,
 )
-from spiral_gripper.cli.workers import progress_bar
+from spiral_gripper.cli.workers import computing, progress_bar
 
 if TYPE_CHECKING:
     from spiral_core.rod.types import Vector
@@ -62,9 +63,7 @@ RAMP = 15.0e3
 @mount_options
 @output_options
 @plot_option
-def shape(
-    gripper: str, pressure: float, as_json: bool, plot: Path | None, **options: object
-) -> None:
+def shape(gripper: str, pressure: float, **options: object) -> None:
     """Print the shape of GRIPPER at a pressure.
 
     GRIPPER is the name of a shipped gripper or the path of a description file. Positions are in
@@ -77,13 +76,13 @@ def shape(
     require_pressure(description, pressure, typed("pressure"))
     title = f"{mount.name} at {typed('pressure')}"
     solved = solve_shape(mount, pressure)
-    print_result(SHAPE, solved, as_json, title)
-    if plot is not None:
+    print_result(SHAPE, solved, title)
+    if wanted("plot"):
         from spiral_gripper.reports.shaded import tube_surface
         from spiral_gripper.reports.shape_plots import shape_figure
 
         tube = tube_surface(solved.state.positions, mount.tube.outer_radius)
-        write_picture(shape_figure([tube], title), plot)
+        write_picture(shape_figure([tube], title))
 
 
 @click.command()
@@ -105,8 +104,6 @@ def wrap(
     pressure: float | None,
     tip_criterion: bool,
     sensitivity: bool,
-    as_json: bool,
-    plot: Path | None,
     **options: object,
 ) -> None:
     """Print the pressures at which GRIPPER is wrapped around an object.
@@ -122,7 +119,7 @@ def wrap(
         raise click.UsageError("with --tip-criterion --pressure goes with --radius")
     if tip_criterion and (place or find_place):
         raise click.UsageError("--tip-criterion knows no place but the free coil's")
-    from spiral_gripper.reports.grip.document import GripQuestion, solve_closing
+    from spiral_gripper.reports.grip.document import GripQuestion, solve_question
     from spiral_gripper.reports.grip.rows import wrap_as_dict, wrap_rows
     from spiral_gripper.reports.wrap_document import solve_profile, solve_wrap
 
@@ -134,9 +131,9 @@ def wrap(
     pressures = () if pressure is None else (pressure,)
     question = GripQuestion(mount, radius, profile, pressures=pressures, place=place)
     if not tip_criterion:
-        question = located(question, find_place, quiet=as_json)
-        with progress_bar("closing", quiet=as_json or not sys.stderr.isatty()) as progress:
-            closed = solve_closing(question, progress)
+        question = located(question, find_place)
+        with progress_bar("closing", quiet=not sys.stderr.isatty()) as progress:
+            closed = solve_question(question, progress, forces=False)
         coiled, asked = replace(mount, object_axis=None), None  # the coil that it was laid into
     free = (
         solve_wrap(coiled, float(radius or 0.0), asked)
@@ -144,17 +141,17 @@ def wrap(
         else solve_profile(coiled, profile)
     )
     method = "tip" if closed is None else "wrap"
-    varied = _varied(method, question, description, closed, as_json) if sensitivity else None
-    if as_json:
+    varied = _varied(method, question, description, closed) if sensitivity else None
+    if wanted("json"):
         print_json(wrap_as_dict(free, closed) | (varied.as_dict() if varied else {}))
     else:
         print_rows(mount.name, wrap_rows(free, closed))
         _print_varied(varied)
-    if plot is not None:
+    if wanted("plot"):
         from spiral_gripper.reports.grip.plots import wrap_figure
 
         around = "" if radius is None else f" around {typed('radius')},"
-        write_picture(wrap_figure(free, closed, f"{mount.name}{around} at"), plot)
+        write_picture(wrap_figure(free, closed, f"{mount.name}{around} at"))
 
 
 @click.command()
@@ -202,8 +199,6 @@ def grip(
     table: bool,
     table_radii: int,
     sensitivity: bool,
-    as_json: bool,
-    plot: Path | None,
     **options: Any,  # noqa: ANN401  # of the mount and of GripQuestion
 ) -> int:
     """Print the pressures at which GRIPPER holds an object, and the forces that it holds.
@@ -217,7 +212,7 @@ def grip(
     """
     given = _options_given()
     if table:
-        return _tabulate(gripper, table_radii, given, as_json)
+        return _tabulate(gripper, table_radii, given)
     if "--table-radii" in given:
         raise click.UsageError("--table-radii goes with --table")
     if (options["radius"] is None) == (options["profile"] is None):
@@ -233,11 +228,11 @@ def grip(
         require_pressure(description, pressure, text)
     if question.payload is not None and not any(mount.gravity):
         raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
-    question = located(question, find_place, quiet=as_json)
-    with progress_bar("closing, then pulling", quiet=as_json) as progress:
+    question = located(question, find_place)
+    with progress_bar("closing, then pulling") as progress:
         solved = solve_question(question, progress)
-    varied = _varied("grip", question, description, solved, as_json) if sensitivity else None
-    if as_json:
+    varied = _varied("grip", question, description, solved) if sensitivity else None
+    if wanted("json"):
         print_json(grip_as_dict(solved) | (varied.as_dict() if varied else {}))
     else:
         from rich.console import Console
@@ -247,12 +242,12 @@ def grip(
         print_rows(f"{mount.name}, will it hold?", rows_of(GRIP, solved))
         print_forces(solved, Console())
         _print_varied(varied)
-    if plot is not None:
+    if wanted("plot"):
         from spiral_gripper.reports.grip.plots import grip_figure
 
         what = question.profile or f"radius {typed('radius')}"
         figure = grip_figure(solved.grip, f"{mount.name} on {what}", solved.point.pressure)
-        write_picture(figure, plot)
+        write_picture(figure)
     return 0 if solved.refusal is None else 1
 
 
@@ -265,7 +260,7 @@ def _options_given() -> list[str]:
     return [name for name, source in sources.items() if source is ParameterSource.COMMANDLINE]
 
 
-def _tabulate(gripper: str, count: int, given: list[str], as_json: bool) -> int:
+def _tabulate(gripper: str, count: int, given: list[str]) -> int:
     """Write the table of grips of a description file beside it; return the exit code.
 
     Raises:
@@ -279,23 +274,19 @@ def _tabulate(gripper: str, count: int, given: list[str], as_json: bool) -> int:
         )
     from spiral_core.grip.table import TOLERANCE
     from spiral_core.grip.tabulate import solve_table
-    from spiral_gripper.cli.workers import core_count, process_pool
     from spiral_gripper.files.grips import SUFFIX, write_grips
     from spiral_gripper.files.shown import shown, shown_range
 
     description = described(gripper)
     path = own_file_beside(description, gripper, SUFFIX)
-    with (
-        process_pool(core_count()) as executor,
-        progress_bar("closing, then pulling", quiet=as_json) as progress,
-    ):
+    with computing("closing, then pulling") as (executor, progress):
         found = solve_table(description.gripper, count, RAMP, executor, progress)
     write_grips(found, description)
     pairs = zip(found.radii, found.grips, strict=True)
     not_held = [radius for radius, held in pairs if held is None]
     known = [error for error in found.errors if error < math.inf]
     error = max(known, default=None)
-    if as_json:
+    if wanted("json"):
         print_json({"path": str(path), "radii": found.radii, "error": error, "not_held": not_held})
     else:
         click.echo(
@@ -330,18 +321,13 @@ def _varied(
     question: GripQuestion,
     description: GripperDescription,
     solved: SolvedGrip | None,
-    quiet: bool,
 ) -> Varied:
     """Return what the inputs of a question change, and how they were solved."""
-    from spiral_gripper.cli.workers import core_count, process_pool
     from spiral_gripper.reports.grip.sensitivity import METHODS, solve_sensitivity
 
     method = METHODS[name]
     setup, pressure = (None, 0.0) if solved is None else (solved.grip.setup, solved.point.pressure)
-    with (
-        process_pool(core_count()) as executor,
-        progress_bar("changing every input", quiet=quiet) as progress,
-    ):
+    with computing("changing every input") as (executor, progress):
         return solve_sensitivity(method, question, description, setup, pressure, executor, progress)
 
 
@@ -352,7 +338,7 @@ def _print_varied(varied: Varied | None) -> None:
         Console().print(varied.table())
 
 
-def located(question: GripQuestion, find_place: bool, *, quiet: bool) -> GripQuestion:
+def located(question: GripQuestion, find_place: bool) -> GripQuestion:
     """Return a question with the object where it is held, if a place is to be found.
 
     Raises:
@@ -362,13 +348,9 @@ def located(question: GripQuestion, find_place: bool, *, quiet: bool) -> GripQue
         return question
     if question.place is not None:
         raise click.UsageError("give either --place or --find-place")
-    from spiral_gripper.cli.workers import core_count, process_pool
     from spiral_gripper.reports.grip.document import placed
 
-    with (
-        process_pool(core_count()) as executor,
-        progress_bar("looking for a place", quiet=quiet) as progress,
-    ):
+    with computing("looking for a place") as (executor, progress):
         return placed(question, executor, progress)
 
 

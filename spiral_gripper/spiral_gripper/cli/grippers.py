@@ -10,7 +10,7 @@ import click
 from spiral_gripper.cli.gripper import described
 from spiral_gripper.cli.group import Group
 from spiral_gripper.cli.output import print_json
-from spiral_gripper.cli.types import gripper_argument, json_option, output_options
+from spiral_gripper.cli.types import gripper_argument, json_option, output_options, wanted
 
 
 @click.group(cls=Group)
@@ -20,13 +20,13 @@ def grippers() -> None:
 
 @grippers.command("list")
 @json_option
-def list_grippers(as_json: bool) -> None:
+def list_grippers() -> None:
     """List the shipped grippers."""
     from spiral_gripper.files.catalog import available_grippers
     from spiral_gripper.files.description import load_description
 
     found = {name: load_description(name).description for name in available_grippers()}
-    if as_json:
+    if wanted("json"):
         print_json([{"name": name, "description": text} for name, text in found.items()])
         return
     for name, text in found.items():
@@ -36,12 +36,12 @@ def list_grippers(as_json: bool) -> None:
 @grippers.command()
 @gripper_argument
 @json_option
-def show(gripper: str, as_json: bool) -> None:
+def show(gripper: str) -> None:
     """Print GRIPPER's file, as a start for your own; with --json its content in SI units.
 
     GRIPPER is the name of a shipped gripper or the path of a description file.
     """
-    if as_json:
+    if wanted("json"):
         print_json(_document(gripper))
         return
     from spiral_gripper.files.catalog import find_description, read_description_text
@@ -52,7 +52,7 @@ def show(gripper: str, as_json: bool) -> None:
 @grippers.command()
 @gripper_argument
 @output_options
-def check(gripper: str, as_json: bool) -> int:
+def check(gripper: str) -> int:
     """Print whether GRIPPER's file is valid, its warnings, and the radii it grips.
 
     GRIPPER is the name of a shipped gripper or the path of a description file. It closes on
@@ -61,17 +61,14 @@ def check(gripper: str, as_json: bool) -> int:
     """
     from spiral_core.grip.places import held_radii
     from spiral_core.grip.setup import friction_of
-    from spiral_gripper.cli.workers import core_count, process_pool, progress_bar
+    from spiral_gripper.cli.workers import computing
     from spiral_gripper.files.shown import shown_range
 
     description = described(gripper)
-    with (
-        process_pool(core_count()) as executor,
-        progress_bar("closing on cylinders", quiet=as_json) as progress,
-    ):
+    with computing("closing on cylinders") as (executor, progress):
         ranges = held_radii(description.gripper, executor, progress)
     friction = friction_of(description.gripper, None)
-    if as_json:
+    if wanted("json"):
         reach = [ranges[0][0], ranges[-1][1]] if ranges else None
         found = {"radius_range": reach, "radius_ranges": ranges, "friction": friction}
         print_json({"source": str(description.source), **found})

@@ -15,9 +15,8 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
-from threading import Timer
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 
@@ -25,9 +24,6 @@ from spiral_gripper.cli.group import Group, NoCommandError
 from spiral_gripper.cli.workers import interrupt_between_steps
 
 NO_ANSWER = 2
-# Commands that may show nothing at first, and the time after which a line says so [s].
-COMPUTING = ("design", "shape", "wrap", "calibrate", "grippers", "model", "chart", "grip")
-PATIENCE = 3.0
 # Commands that print what they have computed when they are interrupted.
 STEPWISE = ("approach", "capture", "close", "sweep")
 # Garbage is collected after so many new objects: most come with the libraries, and stay.
@@ -42,43 +38,29 @@ EXTRAS = MappingProxyType(
 )
 
 
-class _Entry(NamedTuple):
-    """The module of a command, and what it does in one line."""
-
-    module: str
-    help: str
-
-
+# The module of each command.
 COMMANDS = MappingProxyType(
     {
-        "design": _Entry("design", "Design a gripper for given objects and limits."),
-        "shape": _Entry("gripper", "Compute the shape of a gripper at a pressure."),
-        "wrap": _Entry("gripper", "Find the pressure that wraps an object."),
-        "grip": _Entry("gripper", "Find the pressures that hold an object, and the forces."),
-        "capture": _Entry("capture", "Find how far off an object may be."),
-        "approach": _Entry("approach", "Find how an arm should hold a gripper for an object."),
-        "close": _Entry("closing.close", "Simulate closing in real time; find the fastest rate."),
-        "calibrate": _Entry("calibrate", "Fit a gripper's constants to bench measurements."),
-        "grippers": _Entry("grippers", "List, show and check gripper files."),
-        "winding-sheet": _Entry("model", "Print how to cut and wind a tube; write a template."),
-        "model": _Entry("model", "Compute collision spheres and swept volume for a URDF."),
-        "sweep": _Entry("sweep", "Compute many designs or grips: map, Pareto set, table."),
-        "chart": _Entry("chart", "Draw charts: design space, gravity, pressure, section."),
-        "plan": _Entry("ros.running", "Ask a running node whether it can wrap an object."),
-        "grasp": _Entry("ros.running", "Command a running node to wrap an object."),
-        "release": _Entry("ros.running", "Command a running node to vent, and wait until it has."),
-        "status": _Entry("ros.running", "Show what a running node does now, and why."),
-        "watch": _Entry("ros.running", "Show what a running node does, until Ctrl-C."),
-        "simulate": _Entry("ros.simulate", "Run the ROS 2 node with simulated hardware."),
-        "inject": _Entry("ros.simulate", "Set the fault of a running simulation's regulator."),
-        "studio": _Entry("ros.studio", "Show a gripper in the browser, in three dimensions."),
-        "doctor": _Entry("doctor", "Check the installation, the gripper files and the ROS 2 node."),
+        "design": "design",
+        **dict.fromkeys(("shape", "wrap", "grip"), "gripper"),
+        "capture": "capture",
+        "approach": "approach",
+        "close": "closing.close",
+        "calibrate": "calibrate",
+        "grippers": "grippers",
+        **dict.fromkeys(("winding-sheet", "model"), "model"),
+        "sweep": "sweep",
+        "chart": "chart",
+        **dict.fromkeys(("plan", "grasp", "release", "status", "watch"), "ros.running"),
+        **dict.fromkeys(("simulate", "inject"), "ros.simulate"),
+        "studio": "ros.studio",
+        "doctor": "doctor",
     }
 )
 
 
 class LazyGroup(Group):
-    """A group that imports a command's module only to run that command."""
+    """A group that imports a command's module to run that command, or to list all of them."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names of the commands."""
@@ -86,18 +68,11 @@ class LazyGroup(Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a command, its module loaded; None if there is none of this name."""
-        entry = COMMANDS.get(cmd_name)
-        if entry is None:
+        if cmd_name not in COMMANDS:
             return None
-        command: click.Command = getattr(
-            import_module(f"spiral_gripper.cli.{entry.module}"), cmd_name.replace("-", "_")
-        )
+        module = import_module(f"spiral_gripper.cli.{COMMANDS[cmd_name]}")
+        command: click.Command = getattr(module, cmd_name.replace("-", "_"))
         return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the list of commands without loading them."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, entry.help) for name, entry in COMMANDS.items()])
 
 
 @click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
@@ -161,24 +136,11 @@ def main() -> None:
         # exception while numba packs the result of a kernel would end in a segmentation fault.
         if command in STEPWISE:
             interrupt_between_steps()
-        elif command not in COMMANDS or not COMMANDS[command].module.startswith("ros."):
+        elif command not in COMMANDS or not COMMANDS[command].startswith("ros."):
             signal.signal(signal.SIGINT, signal.SIG_DFL)
     gc.set_threshold(NEW_OBJECTS)
     atexit.register(gc.freeze)  # else Python looks through all objects once more before it ends
-    patience = Timer(PATIENCE, _say_what_takes_long)
-    patience.daemon = True
-    if command in COMPUTING and sys.stderr is not None:
-        patience.start()
-    try:
-        sys.exit(run(sys.argv[1:]))
-    finally:
-        patience.cancel()
-
-
-def _say_what_takes_long() -> None:
-    """Print that the command is at work, if standard error is a terminal."""
-    if sys.stderr.isatty():
-        click.echo("computing ...", err=True)
+    sys.exit(run(sys.argv[1:]))
 
 
 def _drop_output() -> None:

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+
+from spiral_gripper.cli.types import wanted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,11 +34,11 @@ def print_rows(title: str, rows: Rows) -> None:
     Console().print(row_table(title, rows))
 
 
-def print_result(fields: Sequence[Field], result: object, as_json: bool, title: str = "") -> None:
+def print_result(fields: Sequence[Field], result: object, title: str = "") -> None:
     """Print a result: as JSON, in two columns under a title, or without one a line each."""
     from spiral_gripper.reports.fields import document_of, rows_of
 
-    if as_json:
+    if wanted("json"):
         print_json(document_of(fields, result))
     elif title:
         print_rows(title, rows_of(fields, result))
@@ -50,30 +51,14 @@ def print_lines(rows: Rows) -> None:
     click.echo("\n".join(f"{name}: {text}".rstrip() for name, text in rows))
 
 
-@contextmanager
-def waiting(text: str, *, quiet: bool = False) -> Iterator[None]:
-    """Say on standard error what the block waits for and, on a terminal, for how long."""
-    from rich.console import Console
-    from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    silent = quiet or not console.is_terminal
-    if silent and not quiet:
-        click.echo(f"{text} ...", err=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=silent) as progress:
-        progress.add_task(text)
-        yield
-
-
 def say_written(path: Path) -> None:
     """Say on standard error, beside the answer, which file was written."""
     click.echo(f"wrote {path}", err=True)
 
 
-def write_picture(figure: Figure, path: Path) -> None:
-    """Write a picture to a file, and say so."""
+def write_picture(figure: Figure) -> None:
+    """Write a picture to the file that ``--plot`` names, and say so."""
     from spiral_gripper.reports.style import save_figure
 
-    save_figure(figure, path)
-    say_written(path)
+    save_figure(figure, wanted("plot"))
+    say_written(wanted("plot"))

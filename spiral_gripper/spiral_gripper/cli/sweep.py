@@ -16,12 +16,14 @@ from spiral_gripper.cli.types import (
     FRICTION,
     NUMBER,
     POSITIVE_LENGTH,
-    Suffixed,
+    jobs_option,
     option,
     output_options,
     plot_option,
+    results_option,
+    wanted,
 )
-from spiral_gripper.cli.workers import jobs_option, progress_bar, worker_pool
+from spiral_gripper.cli.workers import computing
 
 MOST_ANGLES = 181
 
@@ -47,9 +49,6 @@ def feasibility(
     tube_radius_max: float,
     tube_radii: int,
     wall: float,
-    jobs: int | None,
-    as_json: bool,
-    plot: Path | None,
     **options: Any,  # noqa: ANN401  # of the requirement
 ) -> None:
     """Map where the seven steps of design find grippers, over fiber angle and tube radius.
@@ -75,7 +74,7 @@ def feasibility(
 
     from spiral_core.design.sweep import feasibility_map
 
-    with worker_pool(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
+    with computing("solving") as (executor, progress):
         result = feasibility_map(
             requirement,
             np.linspace(min(betas), max(betas), angles).tolist(),
@@ -84,17 +83,17 @@ def feasibility(
             executor,
             progress,
         )
-    if as_json:
+    if wanted("json"):
         print_json(result)
     else:
         click.echo(
             f"{100.0 * (result.room >= 0.0).mean():.0f} % of {result.room.size} candidates "
             "are feasible"
         )
-    if plot is not None:
+    if wanted("plot"):
         from spiral_gripper.reports.plots import feasibility_figure
 
-        write_picture(feasibility_figure(result), plot)
+        write_picture(feasibility_figure(result))
 
 
 @sweep.command()
@@ -102,7 +101,7 @@ def feasibility(
 @jobs_option
 @output_options
 @plot_option
-def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object) -> None:
+def pareto(**options: object) -> None:
     """List the Pareto-optimal designs in pressure, strain and length.
 
     Each of them is closed on the largest, the middle and the smallest object, with contact and
@@ -112,12 +111,11 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
 
     from spiral_core.design.sweep import closed_pareto_set, solve_points
 
-    with worker_pool(jobs) as executor:
-        with progress_bar("solving", quiet=as_json) as progress:
-            points = solve_points(requirement, requirement.candidates(), executor, progress)
-        with progress_bar("closing", quiet=as_json) as progress:
-            best = closed_pareto_set(requirement, points, executor, progress)
-    if as_json:
+    with computing("solving") as (executor, progress):
+        points = solve_points(requirement, requirement.candidates(), executor, progress)
+    with computing("closing") as (executor, progress):
+        best = closed_pareto_set(requirement, points, executor, progress)
+    if wanted("json"):
         from spiral_gripper.reports.design_document import POINT
         from spiral_gripper.reports.fields import document_of
 
@@ -130,10 +128,10 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
         feasible = sum(point.feasible for point in points)
         title = f"{len(best)} of {feasible} feasible designs ({len(points)} candidates)"
         print_points(title, best, Console())
-    if plot is not None:
+    if wanted("plot"):
         from spiral_gripper.reports.plots import pareto_figure
 
-        write_picture(pareto_figure(points, best), plot)
+        write_picture(pareto_figure(points, best))
 
 
 @sweep.command()
@@ -155,11 +153,7 @@ def pareto(jobs: int | None, as_json: bool, plot: Path | None, **options: object
     nargs=3,
     metavar="X Y Z",
 )
-@option(
-    "--results",
-    Suffixed((".jsonl",)),
-    "A .jsonl file with one line for each grip; grips found in it are not solved again.",
-)
+@results_option
 @jobs_option
 @output_options
 @plot_option
@@ -169,9 +163,6 @@ def grips(
     frictions: tuple[float, ...],
     directions: tuple[tuple[float, float, float], ...],
     results: Path | None,
-    jobs: int | None,
-    as_json: bool,
-    plot: Path | None,
 ) -> int:
     """Close every GRIPPER on every object, with every friction and mount.
 
@@ -180,36 +171,42 @@ def grips(
     """
     from spiral_core.grip.grip import GripOutcome, grip_cases, solve_cases
     from spiral_gripper.cli.gripper import described
-    from spiral_gripper.reports.grip.study import StudyFile, case_as_dict, print_outcomes
+    from spiral_gripper.reports.grip.study import (
+        ResultFile,
+        case_as_dict,
+        key_of,
+        print_outcomes,
+    )
 
     gravities = [gravity_of(direction) for direction in directions]
     designs = [described(name).gripper for name in grippers]
     cases = grip_cases(designs, radii, frictions or None, gravities or None)
-    store = StudyFile(results, cases)
-    done = dict(store.known)
+    keys, store = [key_of(case) for case in cases], ResultFile(results, (), GripOutcome)
+    known = {n: store.known[key] for n, key in enumerate(keys) if key in store.known}
+    done = dict(known)
 
     def keep(number: int, outcome: GripOutcome) -> None:
         done[number] = outcome
-        store.keep(number, outcome)
+        store.keep(keys[number], outcome)
 
     interrupted = False
     try:
-        with worker_pool(jobs) as executor, progress_bar("solving", quiet=as_json) as progress:
-            solve_cases(cases, executor, progress, known=store.known, keep=keep)
+        with computing("solving") as (executor, progress):
+            solve_cases(cases, executor, progress, known=known, keep=keep)
     except KeyboardInterrupt:
         interrupted = True
         click.echo(f"interrupted: {len(done)} of {len(cases)} grips are done", err=True)
     cases = tuple(cases[number] for number in sorted(done))
     outcomes = [done[number] for number in sorted(done)]
-    if as_json:
+    if wanted("json"):
         print_json([case_as_dict(*pair) for pair in zip(cases, outcomes, strict=True)])
     else:
         from rich.console import Console
 
         print_outcomes(cases, outcomes, Console())
-    if plot is not None and cases:
+    if wanted("plot") and cases:
         from spiral_gripper.reports.grip.plots import study_accuracy, window_figure
 
         caption = study_accuracy(cases, outcomes)
-        write_picture(window_figure(cases, outcomes, caption), plot)
+        write_picture(window_figure(cases, outcomes, caption))
     return 1 if interrupted else 0

@@ -23,6 +23,7 @@ FIGURE_SUFFIXES = (".png", ".svg", ".pdf")
 REPORT_SUFFIXES = (".md", ".html")
 # The core's, stated here too so that --help loads nothing heavy; a test compares them.
 DEFAULT_TURNS = 1.05
+MOST_JOBS = 1024
 
 
 class TypedValue(NamedTuple):
@@ -306,7 +307,27 @@ def _choose_units(ctx: click.Context, param: click.Parameter, value: str | None)
         _note(math.nan, f"1 {unit}", dimension_of(unit).name, param, ctx)
 
 
-json_option = flag("--json", "Print JSON, in SI units, for programs.", to="as_json")
+def _keep(ctx: click.Context, param: click.Parameter, value: object) -> None:
+    ctx.meta[str(param.name)] = value
+
+
+def wanted(name: str) -> Any:  # noqa: ANN401  # a flag, a path, a number
+    """Return what was given to an option that many commands have: ``json``, ``plot`` or ``jobs``.
+
+    Outside a command, and where the command has no such option, it is None.
+    """
+    context = click.get_current_context(silent=True)
+    return context and context.meta.get(name)
+
+
+json_option = option(
+    "--json",
+    None,
+    "Print JSON, in SI units, for programs.",
+    is_flag=True,
+    expose_value=False,
+    callback=_keep,
+)
 # The units in which the command prints and draws.
 units_option = option(
     "--units",
@@ -319,7 +340,25 @@ units_option = option(
     callback=_choose_units,
 )
 output_options = together(json_option, units_option)
-plot_option = option("--plot", FIGURE_FILE, "Write a picture to a .png, .svg or .pdf file.")
+plot_option = option(
+    "--plot",
+    FIGURE_FILE,
+    "Write a picture to a .png, .svg or .pdf file.",
+    expose_value=False,
+    callback=_keep,
+)
+jobs_option = option(
+    "--jobs",
+    click.IntRange(1, MOST_JOBS),
+    "Number of processes.  [default: one per core]",
+    expose_value=False,
+    callback=_keep,
+)
+results_option = option(
+    "--results",
+    Suffixed((".jsonl",)),
+    "A .jsonl file with one line for each result; those found in it are not computed again.",
+)
 turns_option = option(
     "--turns",
     NUMBER,

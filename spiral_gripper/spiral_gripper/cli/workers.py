@@ -9,16 +9,12 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext
 
 import click
 
-from spiral_gripper.cli.types import option
+from spiral_gripper.cli.types import wanted
 
-MOST_JOBS = 1024
-jobs_option = option(
-    "--jobs", click.IntRange(1, MOST_JOBS), "Number of processes.  [default: one per core]"
-)
 _interrupted = threading.Event()
 
 
@@ -69,22 +65,22 @@ def process_pool(workers: int) -> Iterator[Executor]:
 
 
 @contextmanager
-def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show a bar on standard error while the block runs; yield its update (done, total).
+def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int | None], None]]:
+    """Show a bar on standard error while the block runs; yield its update (done, total or None).
 
-    If standard error is no terminal, the first update prints one line with the title. Nothing is
-    shown beside output for programs: ``quiet``. The update raises KeyboardInterrupt after a Ctrl-C
-    (see :func:`interrupt_between_steps`).
+    If standard error is no terminal, the first update prints one line with the title, unless it is
+    ``quiet``. Nothing is shown beside output for programs. The update raises KeyboardInterrupt
+    after a Ctrl-C (see :func:`interrupt_between_steps`).
     """
     from rich.console import Console
     from rich.progress import Progress
 
-    console = Console(stderr=True)
+    console, quiet = Console(stderr=True), quiet or wanted("json")
     silent = quiet or not console.is_terminal
     with Progress(console=console, transient=True, disable=silent) as bar:
         task = bar.add_task(title, total=None)
 
-        def move(done: int, total: int) -> None:
+        def move(done: int, total: int | None) -> None:
             if _interrupted.is_set():
                 _interrupted.clear()
                 raise KeyboardInterrupt
@@ -95,7 +91,13 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, 
         yield move
 
 
-def worker_pool(jobs: int | None) -> AbstractContextManager[Executor | None]:
-    """Return a pool of processes; None where one process is enough."""
-    count = core_count() if jobs is None else jobs
-    return nullcontext() if count == 1 else process_pool(count)
+@contextmanager
+def computing(title: str) -> Iterator[tuple[Executor | None, Callable[[int, int | None], None]]]:
+    """Show a bar as :func:`progress_bar`; yield a pool of processes, and the bar's update.
+
+    There are as many processes as ``--jobs`` states, else as cores; None: one is enough.
+    """
+    count = wanted("jobs") or core_count()
+    pool = nullcontext() if count == 1 else process_pool(count)
+    with pool as executor, progress_bar(title) as progress:
+        yield executor, progress

@@ -17,8 +17,10 @@ from spiral_gripper.files.description import GripperDescription
 SUFFIX = ".grips.json"
 # Values of a grip that a file holds; its arrays are lists there, and what is infinite is null.
 _NUMBERS = ("tip_pressure", "onset_wrap", "onset_curling", "loss", "highest_good", "top")
-_FORCES = ("contact_lengths", "normal_forces", "force_pressures", "away", "towards", "down")
-_LISTS = ("pressures", *_FORCES, "settling")
+_LISTS = (
+    "pressures", "contact_lengths", "normal_forces", "force_pressures", "away", "towards", "down",
+    "settling",
+)  # fmt: skip
 
 
 def grips_path(description: GripperDescription) -> Path:

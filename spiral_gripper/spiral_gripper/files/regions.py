@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -152,5 +152,4 @@ def read_regions(description: GripperDescription) -> tuple[StoredRegion, ...]:
         if error.action == "read":
             return ()
         raise
-    names = [field.name for field in fields(StoredRegion)]
-    return tuple(StoredRegion(*(each[name] for name in names)) for each in document["regions"])
+    return tuple(StoredRegion(**each) for each in document["regions"])

@@ -6,7 +6,6 @@ from __future__ import annotations
 import errno
 import os
 import secrets
-import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,16 +16,10 @@ from spiral_core.message import Message
 # The shipped descriptions have a thousandth of this [byte], a bench test some hundredth.
 LARGEST_FILE = 2_000_000
 
+# Where the system's own words are less clear.
 _REASONS = {
     errno.ENOENT: "there is no such file",
-    errno.EISDIR: "it is a folder",
-    errno.ENOTDIR: "a part of its path is no folder",
-    errno.EACCES: "permission is denied",
-    errno.EPERM: "permission is denied",
-    errno.EROFS: "the file system is read-only",
     errno.ENOSPC: "the disk is full",
-    errno.EDQUOT: "the disk quota is used up",
-    errno.EFBIG: "it would be larger than the limit for files",
     errno.ENAMETOOLONG: "its name is too long",
     errno.ELOOP: "its links lead in a circle",
     errno.EEXIST: "it exists already and is kept; name another file",
@@ -75,16 +68,11 @@ def read_text(path: Path) -> str:
         FileError: there is no such file, it is a device or a pipe, too large, or not UTF-8 text.
     """
     with _reasons_of(path, "read"):
-        # A pipe without a writer would block when it is opened.
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    mode = os.fstat(handle).st_mode
-    if not stat.S_ISREG(mode):
-        os.close(handle)
-        folder = "it is a folder"
-        other = "it is a device or a pipe, not a plain file"
-        raise FileError(str(path), "read", folder if stat.S_ISDIR(mode) else other)
-    with _reasons_of(path, "read"), os.fdopen(handle, "rb") as file:
-        data = file.read(LARGEST_FILE + 1)
+        if path.exists() and not path.is_file():  # a pipe without a writer would block
+            other = "it is a device or a pipe, not a plain file"
+            raise FileError(str(path), "read", "it is a folder" if path.is_dir() else other)
+        with path.open("rb") as file:
+            data = file.read(LARGEST_FILE + 1)
     if len(data) > LARGEST_FILE:
         limit = f"it has more than {LARGEST_FILE / 1e6:g} MB"
         raise FileError(str(path), "read", f"{limit}, the most that is read")

@@ -133,33 +133,16 @@ class Table:
             raise TableError(self.problems)
 
 
-def read_table_file(
+def read_table(
     path: Path,
     known: Mapping[str, Dimension],
     units: Mapping[str, str] | None = None,
     ignored: Collection[str] = (),
 ) -> Table:
-    """Return the numbers of a CSV file; arguments and errors as of :func:`read_table`."""
-    try:
-        text = read_text(path)
-    except FileError as error:
-        problem = BadCell(str(path), None, None, "", f"cannot be read: {error.reason}")
-        raise TableError([problem]) from None
-    return read_table(text, str(path), known, units, ignored)
-
-
-def read_table(
-    text: str,
-    file: str,
-    known: Mapping[str, Dimension],
-    units: Mapping[str, str] | None = None,
-    ignored: Collection[str] = (),
-) -> Table:
-    r"""Return the numbers of a CSV text, in SI units.
+    r"""Return the numbers of a CSV file, in SI units.
 
     Args:
-        text: the file's text.
-        file: the file's name for messages.
+        path: the file.
         known: the columns that the table may have, and what each measures.
         units: units of columns whose heading has none, by column name; None where no option states
             them or ignores columns.
@@ -169,22 +152,29 @@ def read_table(
         TableError: the table cannot be used; every problem found is in it.
 
     Example:
+        >>> import tempfile
         >>> known = {"pressure": Dimension.PRESSURE, "extension": Dimension.LENGTH}
-        >>> table = read_table("pressure [psi],extension [mm]\n2,1.5\n", "bench.csv", known)
-        >>> row = table.rows[0]
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     path = Path(folder) / "bench.csv"
+        ...     _ = path.write_text("pressure [psi],extension [mm]\n2,1.5\n")
+        ...     row = read_table(path, known).rows[0]
         >>> row.line, round(row.values["pressure"]), row.values["extension"]
         (2, 13790, 0.0015)
     """
-    lines = csv_lines(text, file)
+    file = str(path)
+    try:
+        lines = csv_lines(read_text(path), file)
+    except FileError as error:
+        problem = BadCell(file, None, None, "", f"cannot be read: {error.reason}")
+        raise TableError([problem]) from None
     header_line, headings = lines[0] if lines else (1, [])
     table = Table(file, header_line)
     if not lines:
         table.note(None, "", "the file holds no table")
-        table.raise_problems()
-    if len(headings) == 1 and re.search(r"[;\t]", headings[0]):
+    elif len(headings) == 1 and re.search(r"[;\t]", headings[0]):
         reason = "columns must be separated by commas, and decimals by points"
         table.note(header_line, headings[0], reason, 1)
-        table.raise_problems()
+    table.raise_problems()
     for number, heading in enumerate(headings, start=1):
         if heading in ignored:
             continue

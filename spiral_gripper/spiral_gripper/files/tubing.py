@@ -79,20 +79,8 @@ def load_tubing(name_or_path: str | os.PathLike[str]) -> Tubing:
         >>> tubing.elastomer.density, tubing.sizes[0].name
         (950.0, '1/8 in x 1/32 in')
     """
-    path = find_description(name_or_path, TUBING)
-    return parse_tubing(read_description_text(path, TUBING), path)
-
-
-def parse_tubing(text: str, source: Path) -> Tubing:
-    """Return the content of the text of a tubing file.
-
-    Args:
-        text: the file's text.
-        source: the file's path, for messages.
-
-    Raises:
-        DescriptionError: the text cannot be used; the error holds every problem with its place.
-    """
+    source = find_description(name_or_path, TUBING)
+    text = read_description_text(source, TUBING)
     document = read_document(text, str(source), _FIELDS, (*_REQUIRED, _SIZES))
     sizes = _read_sizes(document)
     required = {name: FIELDS[name].requirement for name in _REQUIRED}

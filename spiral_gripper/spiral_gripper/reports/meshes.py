@@ -52,16 +52,17 @@ def tube_mesh(points: Array, radii: Array | float, sides: int = SIDES) -> Mesh:
     ring = cosines * across[:, None] + sines * np.cross(along, across)[:, None]
     size = np.broadcast_to(np.asarray(radii, dtype=np.float64), count)
     side_points = (points[:, None] + size[:, None, None] * ring).reshape(-1, 3)
-    here = np.arange((count - 1) * sides)
-    beside = here - here % sides + (here + 1) % sides
-    turn = np.arange(sides)
-    base = np.column_stack((np.full(sides, count * sides), (turn + 1) % sides, turn))
-    tip = np.column_stack((np.full(sides, count * sides + 1), turn, (turn + 1) % sides))
-    tip[:, 1:] += (count - 1) * sides
-    first = np.column_stack((here, beside, here + sides))
-    second = np.column_stack((beside, beside + sides, here + sides))
+    here = np.arange(count * sides).reshape(count, sides)
+    beside, (base, tip) = np.roll(here, -1, axis=1), (count * sides, count * sides + 1)
+    faces = (
+        (here[:-1], beside[:-1], here[1:]),
+        (beside[:-1], beside[1:], here[1:]),
+        (base, beside[0], here[0]),
+        (tip, here[-1], beside[-1]),
+    )
+    corners = [np.stack(np.broadcast_arrays(*each), axis=-1).reshape(-1, 3) for each in faces]
     return Mesh(
         vertices=np.vstack((side_points, points[:1], points[-1:])),
-        faces=np.vstack((first, second, base, tip)),
+        faces=np.vstack(corners),
         rows=np.concatenate((np.repeat(np.arange(count), sides), [0, count - 1])),
     )

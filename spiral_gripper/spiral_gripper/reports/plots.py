@@ -24,9 +24,10 @@ from spiral_core.design.report import DesignReport
 from spiral_core.design.sweep import FeasibilityMap
 from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.style import (
+    BELOW,
+    BESIDE,
     COLORS,
     CURLING_COLOR,
-    OUTSIDE,
     OVERHANG_COLOR,
     PERFECT_COLOR,
     color_of,
@@ -65,7 +66,7 @@ def design_figure(report: DesignReport) -> Figure:
     axes.set(xlabel=axis_label("object radius", "m"), ylabel=axis_label("pressure", "Pa"))
     axes.set_ylim(bottom=0.0, top=1.08 * axes.get_ylim()[1])
     set_title(figure, shown_message(report.design.sentence), 64)
-    figure.legend(loc=OUTSIDE + "lower center", ncols=3)
+    figure.legend(loc=BELOW, ncols=3)
     return figure
 
 
@@ -100,7 +101,7 @@ def regime_figure(
     axes.set(xlim=(radius.min(), radius.max()), ylim=(0.0, top))
     title = name if chart.onset_wrap is not None else f"{name}, by the tip criterion"
     axes.set_title("\n".join(wrap(title, TITLE_WIDTH)), parse_math=False)
-    figure.legend(loc=OUTSIDE + "upper right")
+    figure.legend(loc=BESIDE)
     return figure
 
 
@@ -141,8 +142,8 @@ def design_space_figure(curves: Sequence[DesignSpace], name: str) -> Figure:
         top = max(np.interp(0.15 * len(v), np.arange(len(v)), v) for v in values)
         axes.set_ylim(0.0, float(1.1 * top))
     axes_list[0].set_ylim(0.0, LARGEST_RATIO)
-    set_title(figure, f"tube of {name}, helix model", 110)
-    figure.legend(*axes_list[0].get_legend_handles_labels(), loc=OUTSIDE + "upper right", title="β")
+    set_title(figure, f"tube of {name}, helix model")
+    figure.legend(*axes_list[0].get_legend_handles_labels(), loc=BESIDE, title="β")
     return figure
 
 
@@ -162,8 +163,8 @@ def gravity_figure(heavy: PressureRange, weightless: PressureRange, name: str) -
     for axes, title in zip(axes_list, titles, strict=True):
         axes.set(xlabel=axis_label("pressure", "Pa"), ylabel=axis_label(title, "m"))
         axes.set_ylim(bottom=0.0)
-    set_title(figure, name, 110)
-    figure.legend(*axes_list[0].get_legend_handles_labels(), loc=OUTSIDE + "upper right")
+    set_title(figure, name)
+    figure.legend(*axes_list[0].get_legend_handles_labels(), loc=BESIDE)
     return figure
 
 
@@ -201,7 +202,7 @@ def pareto_figure(points: Sequence[Evaluation], best: Sequence[Evaluation]) -> F
         axes.scatter(strains, pressures, s=sizes, color=color, label=label, edgecolor="white")
     axes.set(xlabel="strain at the smallest object [%]", ylabel=axis_label("pressure there", "Pa"))
     axes.set_title(f"{len(best)} Pareto-optimal designs")
-    figure.legend(loc=OUTSIDE + "upper right", title="area: length")
+    figure.legend(loc=BESIDE, title="area: length")
     return figure
 
 
@@ -229,7 +230,7 @@ def section_figure(actuator: Actuator, pressures: Sequence[float], name: str) ->
     figure.colorbar(
         ScalarMappable(shades, "viridis"), ax=axes_list, label="axial stretch", shrink=0.8
     )
-    set_title(figure, f"{name}: the straight fiber is at the dot", 110)
+    set_title(figure, f"{name}: the straight fiber is at the dot")
     return figure
 
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, FigureBase
@@ -12,7 +14,7 @@ from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units
 from spiral_gripper.reports.shaded import Surface, draw_surfaces, same_scale
-from spiral_gripper.reports.style import COLORS, OUTSIDE, paper_style, set_title
+from spiral_gripper.reports.style import BELOW, COLORS, paper_style, set_title
 
 # Points on the rim of a drawn cylinder.
 RIM_POINTS = 73
@@ -20,11 +22,9 @@ RIM_POINTS = 73
 OVERHANG = 1.5
 # Around the outline of an object [m].
 ROOM = 0.002
-# Seen from the side: name of the axis to the right, right, up; x, along the tube, points down.
-VIEWS: tuple[tuple[str, Vector, Vector], ...] = (
-    ("y", (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)),
-    ("z", (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0)),
-)
+# Seen from two sides: the axis to the right of each; x, along the tube, points down.
+ACROSS: Mapping[str, Vector] = {"y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+UP = (-1.0, 0.0, 0.0)
 
 
 @paper_style()
@@ -39,32 +39,29 @@ def shape_figure(
         placement: of an object that a free coil must lie on: a dashed outline; or None.
     """
     figure = Figure(figsize=(3.5, 3.4), layout="constrained")
-    set_title(figure, title)
+    set_title(figure, title, 50)
     draw_sides(figure, surfaces, placement)
     if placement is not None:
-        figure.legend(loc=OUTSIDE + "lower center")
+        figure.legend(loc=BELOW)
     return figure
 
 
 def draw_sides(
     figure: FigureBase, surfaces: list[Surface], placement: ObjectPlacement | None = None
-) -> None:
-    """Draw surfaces from two sides, to scale, and the outline of an object."""
+) -> list[Axes]:
+    """Draw surfaces from two sides, to scale, and the outline of an object; return both views."""
     views = [figure.add_subplot(1, 2, number) for number in (1, 2)]
-    for number, (axes, view) in enumerate(zip(views, VIEWS, strict=True)):
-        draw_side(axes, surfaces, view)
+    label = "object (contact not solved)"
+    for axes, (name, right) in zip(views, ACROSS.items(), strict=True):
+        draw_surfaces(axes, surfaces, right, UP)
+        axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
+        axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
         if placement is not None:
-            rims = in_units(_rims(placement) @ np.array(view[1:]).T, "m")
-            _draw_outline(axes, rims, label=None if number else "object (contact not solved)")
+            rims = in_units(_rims(placement) @ np.array((right, UP)).T, "m")
+            _draw_outline(axes, rims, label)
+            label = ""
     same_scale(views)
-
-
-def draw_side(axes: Axes, surfaces: list[Surface], view: tuple[str, Vector, Vector]) -> None:
-    """Draw surfaces as one of :data:`VIEWS` shows them, to scale."""
-    name, right, up = view
-    draw_surfaces(axes, surfaces, right, up)
-    axes.set(xlabel=axis_label(name, "m"), ylabel=axis_label("x", "m"))
-    axes.yaxis.set_major_formatter(lambda value, _: f"{0.0 - value:g}")
+    return views
 
 
 def _rims(cylinder: ObjectPlacement) -> Array:
@@ -79,7 +76,7 @@ def _rims(cylinder: ObjectPlacement) -> Array:
     return rims
 
 
-def _draw_outline(axes: Axes, rims: Array, label: str | None) -> None:
+def _draw_outline(axes: Axes, rims: Array, label: str) -> None:
     """Draw the outline of a cylinder whose end circles are seen as (2, m, 2), dashed."""
     along = rims[1, 0] - rims[0, 0]
     sides = rims @ np.array((-along[1], along[0]))
@@ -89,9 +86,8 @@ def _draw_outline(axes: Axes, rims: Array, label: str | None) -> None:
         axes.add_patch(
             Polygon(outline, fill=False, edgecolor=COLORS[0], ls=(0, (4, 3)), lw=0.8, label=label)
         )
-        label = None
+        label = ""
     low, high = rims.min(axis=(0, 1)), rims.max(axis=(0, 1))
-    axes.dataLim.update_from_data_xy(np.stack((low, high)))
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     (x, y), (x_end, y_end) = low - in_units(ROOM, "m"), high + in_units(ROOM, "m")
     axes.set(xlim=(min(left, x), max(right, x_end)), ylim=(min(bottom, y), max(top, y_end)))

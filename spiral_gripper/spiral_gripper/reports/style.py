@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from textwrap import wrap
+from typing import Any
 
 from matplotlib import __version_info__, rc_context
 from matplotlib.axes import Axes
@@ -20,7 +21,10 @@ COLORS = ("#1b3a4b", "#2f7f93", "#c8553d", "#e3a857", "#7d6b91", "#5b8c5a")
 OVERHANG_COLOR, PERFECT_COLOR, CURLING_COLOR = "#7ba7b4", "#2f7f93", "#e3a857"
 DPI = 300
 # Where a figure's legend is; Ubuntu 24.04's matplotlib 3.6 cannot keep it off the axes.
-OUTSIDE = "outside " if __version_info__ >= (3, 7) else ""
+BESIDE: Any = "outside right upper"
+BELOW: Any = "outside lower center"
+if __version_info__ < (3, 7):
+    BESIDE, BELOW = "upper right", "lower center"
 
 
 def save_figure(figure: Figure, path: Path) -> None:
@@ -37,7 +41,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     write_file(path, content.getvalue())
 
 
-def set_title(figure: Figure, title: str, width: int = 50) -> None:
+def set_title(figure: Figure, title: str, width: int = 110) -> None:
     """Set a figure's title in lines of at most ``width`` letters; a dollar sign is one."""
     figure.suptitle("\n".join(wrap(title, width)), parse_math=False)
 

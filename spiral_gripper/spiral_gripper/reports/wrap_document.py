@@ -18,7 +18,7 @@ from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_core.wrap.profile import ObjectProfile, ProfileWrap, wrap_for_profile
 from spiral_core.wrap.wrap import Wrap, WrapRegime, line_force
 from spiral_gripper.files.shown import shown, shown_range
-from spiral_gripper.files.table import read_table_file
+from spiral_gripper.files.table import read_table
 from spiral_gripper.files.units import Dimension
 from spiral_gripper.reports.fields import Field, Json, data, plain
 
@@ -227,7 +227,7 @@ def read_profile(path: Path) -> ObjectProfile:
         TableError: it cannot be used; the error names every bad line and column.
         InvalidInputError: the positions do not increase, or the radii are no profile.
     """
-    table = read_table_file(path, PROFILE_COLUMNS)
+    table = read_table(path, PROFILE_COLUMNS)
     for name in PROFILE_COLUMNS:
         if name not in table.columns:
             table.note(table.header_line, name, HEADER_REQUIREMENT)

@@ -13,7 +13,10 @@ from spiral_core import Pull
 from spiral_core.rod.types import Array
 from spiral_gripper.files.shown import in_units
 from spiral_gripper.studio.session import Answer
+from spiral_gripper.studio.settings import Settings
 
+# Of a curve that is not known.
+_NOTHING = np.array([np.nan])
 RED, PALE, DARK = "#c8553d", "#7ba7b4", "#2f4858"
 
 # The axes of a chart follow its data, the one upwards from zero: the browser sees to it.
@@ -73,24 +76,23 @@ def _ranges(right: float, top: float) -> dict[str, uplot.Scale]:
     }
 
 
-def chart_data(answer: Answer | None, radius: float, pressure: float) -> tuple[Array, ...]:
+def chart_data(answer: Answer | None, settings: Settings) -> tuple[Array, ...]:
     """Return the chart's radii, wrap pressures, and the present pressure, in the units shown.
 
-    Args:
-        answer: what is wrapped; None or without wraps: the point alone is drawn.
-        radius: of the object [m].
-        pressure: gauge pressure now [Pa].
+    Without an answer, or without wraps, the point alone is drawn.
     """
-    if answer is None or answer.radii.size == 0:
-        here = in_units([radius, radius + 1e-6], "m")
-        return here, np.full(2, np.nan), in_units([pressure, np.nan], "Pa")
-    radii, (pressures,), now = _with(radius, answer.radii, [answer.pressures], lambda _: pressure)
+    radii, pressures = np.array([settings.object_radius + 1e-6]), _NOTHING
+    if answer is not None and answer.radii.size:
+        radii, pressures = answer.radii, answer.pressures
+    radii, (pressures,), now = _with(
+        settings.object_radius, radii, [pressures], lambda _: settings.pressure
+    )
     return in_units(radii, "m"), in_units(pressures, "Pa"), in_units(now, "Pa")
 
 
 def chart_scales(answer: Answer | None, pressure_max: float) -> dict[str, uplot.Scale]:
     """Return the chart's ranges: all radii that are wrapped, all pressures up to the limit [Pa]."""
-    widest = 0.04 if answer is None or answer.radii.size == 0 else float(answer.radii.max())
+    widest = 0.04 if answer is None else float(answer.radii.max(initial=0.0)) or 0.04
     return _ranges(1.1 * float(in_units(widest, "m")), float(in_units(pressure_max, "Pa")))
 
 
@@ -101,12 +103,12 @@ def force_data(answer: Answer | None, pressure: float) -> tuple[Array, ...]:
         answer: what is known; without a grip the point alone is drawn, at no force.
         pressure: gauge pressure now [Pa].
     """
-    if answer is None or answer.grip is None:
-        here = in_units([pressure, pressure + 1.0], "Pa")
-        return here, np.full(2, np.nan), np.full(2, np.nan), np.array([0.0, np.nan])
-    forces = [answer.grip.force(pull) for pull in (Pull.AWAY, Pull.TOWARDS)]
+    pressures, forces = np.array([pressure + 1.0]), [_NOTHING, _NOTHING]
+    if answer is not None and answer.grip is not None:
+        pressures = answer.grip.pressures
+        forces = [answer.grip.force(pull) for pull in (Pull.AWAY, Pull.TOWARDS)]
     pressures, (away, towards), now = _with(
-        pressure, answer.grip.pressures, forces, lambda values: float(np.nan_to_num(values[0]))
+        pressure, pressures, forces, lambda values: float(np.nan_to_num(values[0]))
     )
     return in_units(pressures, "Pa"), *(in_units(one, "N") for one in (away, towards, now))
 

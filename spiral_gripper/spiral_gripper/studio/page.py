@@ -5,8 +5,11 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
+from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,7 +17,7 @@ import numpy as np
 import viser
 
 from spiral_core import RodState, SpiralError
-from spiral_core.grip.closing import TimedClosing
+from spiral_core.rod.motion.motion import Frame
 from spiral_gripper.files.catalog import available_grippers
 from spiral_gripper.files.description import (
     GripperDescription,
@@ -32,7 +35,6 @@ from spiral_gripper.studio.charts import (
     force_scales,
     update_chart,
 )
-from spiral_gripper.studio.closing import Closings, StoppedError, in_time
 from spiral_gripper.studio.controls import Controls
 from spiral_gripper.studio.exports import EXPORTS, png
 from spiral_gripper.studio.files import FileFolder
@@ -48,6 +50,10 @@ FRAMES_PER_SECOND = 30
 PULL_SECONDS = 3.0
 START_RADIUS = 0.02  # of the object [m]
 PNG_WIDTH, PNG_HEIGHT = 1600, 1200
+
+
+class StoppedError(Exception):
+    """What was played is to show no more."""
 
 
 class Page:
@@ -67,35 +73,34 @@ class Page:
         self._lock = threading.RLock()  # controls and answers call from several threads
         self._playing = threading.Event()
         self._folder = TemporaryDirectory(prefix="studio_")  # of the file that is edited
-        gui = server.gui
+        gui, shows = server.gui, in_present_units  # events come in threads of their own
+
+        def on(act: Callable[[], None]) -> Callable[[object], None]:
+            return shows(lambda _: act())
+
         gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False)
         names = tuple(dict.fromkeys((gripper, *available_grippers())))
-        self._name = gui.add_dropdown("gripper", names, initial_value=gripper)
+        name = gui.add_dropdown("gripper", names, initial_value=gripper)
         self._words = gui.add_markdown("")
-        self._to_wrap = gui.add_button("Set the wrap pressure")
-        self._play = gui.add_button("Play the approach")
-        self._close = gui.add_button("Play the closing in real time")
-        self._pull = gui.add_button("Play the pull")
+        for label, play in (
+            ("Set the wrap pressure", self._set_wrap_pressure),
+            ("Play the approach", partial(self._play, self._approach)),
+            ("Play the closing in real time", partial(self._play, self._close_in_time)),
+            ("Play the pull", partial(self._play, self._pull_away)),
+        ):
+            gui.add_button(label).on_click(on(play))
         radius, pressure = axis_label("object radius", "m"), axis_label("pressure", "Pa")
         self._chart = add_chart(gui, radius, pressure, {"tip criterion": RED})
         pulls = {"away from the base": RED, "towards the base": PALE}
         self._forces = add_chart(gui, pressure, axis_label("holding force", "N"), pulls)
         self._coloring = gui.add_dropdown("color", COLORINGS)
-        self._export = gui.add_button_group("export", (*EXPORTS, "html", "png"))
-        self._file = FileFolder(gui, in_present_units(self._load_text))
+        export = gui.add_button_group("export", (*EXPORTS, "html", "png"))
+        self._file = FileFolder(gui, shows(self._load_text))
         self._begin(load_description(gripper))
-        shows = in_present_units  # events come in threads of their own
-        self._name.on_update(
-            shows(
-                lambda _: self._file.attempt(lambda: self._show(load_description(self._name.value)))
-            )
-        )
-        self._coloring.on_update(shows(lambda _: self._refresh()))
-        self._to_wrap.on_click(shows(lambda _: self._set_wrap_pressure()))
-        self._play.on_click(shows(lambda _: self._approach()))
-        self._close.on_click(shows(lambda _: self._close_in_time()))
-        self._pull.on_click(shows(lambda _: self._pull_away()))
-        self._export.on_click(shows(lambda event: self._hand_out(self._export.value, event.client)))
+        self._coloring.on_update(on(self._refresh))
+        export.on_click(shows(lambda event: self._hand_out(export.value, event.client)))
+        choose = partial(self._file.attempt, lambda: self._show(load_description(name.value)))
+        name.on_update(on(choose))
 
     def tick(self) -> None:
         """Update the time for which an answer has been computed; to be called regularly."""
@@ -110,7 +115,7 @@ class Page:
         """Return what is known of the shape that is shown."""
         settings = session.settings
         text = answer_text(session.known, settings, session.gripper, state, session.waited)
-        closing = self._closings.known(session)
+        closing = session.closing
         return f"{text}\n\n{closing_line(closing, settings.rate)}" if closing else text
 
     def close(self) -> None:
@@ -143,7 +148,6 @@ class Page:
         with self._lock:
             self._file.show(description)
             settings = settings_of(description, START_RADIUS)
-            self._closings = Closings()
             self._session = Session(description, settings, in_present_units(self._on_answer))
             gripper = self._session.gripper
             self._controls = Controls(self._server.gui, settings, gripper, self._changed)
@@ -180,10 +184,10 @@ class Page:
                 return
             self._draw(session, state, answer)
             self._words.content = self._said(session, state)
-            radius, pressure, most = settings.object_radius, settings.pressure, gripper.pressure_max
-            wraps = chart_data(answer, radius, pressure)
-            update_chart(self._chart, wraps, chart_scales(answer, most))
-            update_chart(self._forces, force_data(answer, pressure), force_scales(answer, most))
+            most = gripper.pressure_max
+            update_chart(self._chart, chart_data(answer, settings), chart_scales(answer, most))
+            forces = force_data(answer, settings.pressure)
+            update_chart(self._forces, forces, force_scales(answer, most))
 
     def _draw(self, session: Session, state: RodState, answer: Answer | None) -> None:
         """Draw the coil in contact with a ghost of the free one; where there is none, the free."""
@@ -216,82 +220,75 @@ class Page:
         if pressure is not None:
             self._set_pressure(pressure)
 
-    def _begins(self, possible: bool) -> bool:
-        """Return whether something is played from now on; a second click stops it."""
-        begins = possible and not self._playing.is_set()
-        (self._playing.set if begins else self._playing.clear)()
-        return begins
+    def _play(self, show: Callable[[], None]) -> None:
+        """Show something that takes its time; a second click stops it."""
+        if self._playing.is_set():
+            self._playing.clear()
+            return
+        self._playing.set()
+        try:
+            show()
+        except SpiralError as error:
+            self._words.content = f"**Not played.** {shown_message(error)}"
+        except StoppedError:
+            self._refresh()
+        finally:
+            self._playing.clear()
+
+    def _goes_on(self, _: object = None) -> bool:
+        """Return whether what is played has not been stopped."""
+        return self._playing.is_set()
 
     def _approach(self) -> None:
         """Raise the pressure from nothing to the wrap."""
-        pressure = self._wrap_pressure()
-        if not self._begins(pressure is not None) or pressure is None:
-            return
-        start = time.monotonic()
-        while self._playing.is_set():
+        pressure, start = self._wrap_pressure(), time.monotonic()
+        while pressure is not None and self._goes_on():
             share = min(1.0, (time.monotonic() - start) / APPROACH_SECONDS)
             self._set_pressure(share * pressure)
             if share == 1.0:
                 break
             time.sleep(1.0 / FRAMES_PER_SECOND)
-        self._playing.clear()
 
     def _close_in_time(self) -> None:
-        """Compute the closing at the rate that is set and play it."""
+        """Compute the closing at the rate that is set and show it in real time."""
         session = self._session
-        if not self._begins(possible=True):
-            return
 
-        def moved(share: float) -> None:
-            if not (self._playing.is_set() and session.current and session is self._session):
+        def moved(done: int, total: int) -> None:
+            known = session.known is not None and session is self._session
+            if not (self._goes_on() and known):
                 raise StoppedError
-            self._words.content = f"**computing the closing ...** {100.0 * share:.0f} %"
+            self._words.content = f"**computing the closing ...** {100.0 * done / total:.0f} %"
 
-        try:
-            closing = self._closings.of(session, moved)
-            if closing is not None:
-                self._play_closing(closing)
-                self._set_pressure(closing.course.pressures[-1])
-        except SpiralError as error:
-            self._words.content = f"**No closing.** {shown_message(error)}"
+        closing = session.close_in_time(moved)
+        if closing is None:
             return
-        except StoppedError:
-            pass
-        finally:
-            self._playing.clear()
-        self._refresh()
-
-    def _play_closing(self, closing: TimedClosing) -> None:
-        """Show a closing in real time."""
         outer = closing.setup.gripper.tube.outer_radius
         self._scene.show_ghost(None, outer)
-        for frame in in_time(closing.frames, 1.0 / FRAMES_PER_SECOND):
-            if not self._playing.is_set():
-                return
+        for frame in takewhile(self._goes_on, in_time(closing.frames)):
             with self._lock:
                 self._scene.show_gripper(frame.state.positions, outer, None)
                 self._words.content = frame_text(frame, closing.course.at(frame.time))
-        time.sleep(PULL_SECONDS / 2.0)
+        if self._goes_on():
+            time.sleep(PULL_SECONDS / 2.0)
+        self._set_pressure(closing.course.pressures[-1])
+        self._refresh()
 
     def _pull_away(self) -> None:
         """Move the object out of the coil, away from the base."""
         session = self._session
         answer = session.known
-        held = answer is not None and answer.grip is not None
-        if not self._begins(held) or answer is None or answer.grip is None:
+        if answer is None or answer.grip is None:
             return
         place, outer = answer.object_place(), session.gripper.tube.outer_radius
         taper = session.settings.taper
-        for frame in pull_frames(answer.grip, session.settings.pressure):
-            if not self._playing.is_set():
-                break
+        frames = pull_frames(answer.grip, session.settings.pressure)
+        for frame in takewhile(self._goes_on, frames):
             with self._lock:
                 self._scene.show_gripper(frame.state.positions, outer, None)
                 self._scene.show_object(place, frame.displacement, taper=taper)
                 distance = shown(float(np.linalg.norm(frame.displacement)), "m", 3)
                 self._words.content = f"**pulled by {distance}: {shown(frame.force, 'N', 3)}**"
             time.sleep(PULL_SECONDS / FRAMES)
-        self._playing.clear()
         time.sleep(PULL_SECONDS / 2.0)
         self._refresh()
 
@@ -313,3 +310,13 @@ class Page:
                 self._words.content = f"**No {kind}.** {shown_message(error)}"
                 return
             self._server.send_file_download(f"{name}.{suffix}", content, save_immediately=True)
+
+
+def in_time(frames: Sequence[Frame]) -> Iterator[Frame]:
+    """Yield frames at their times; skip those that come late."""
+    start = time.monotonic()
+    for frame in frames:
+        early = start + frame.time - time.monotonic()
+        if early >= -1.0 / FRAMES_PER_SECOND or frame is frames[-1]:
+            time.sleep(max(0.0, early))
+            yield frame

@@ -12,6 +12,7 @@ from spiral_core import Gripper, RodState
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.reports.meshes import SIDES, Mesh, tube_mesh
+from spiral_gripper.studio.settings import cone_ends
 
 TUBE_COLOR = (200, 85, 61)
 OBJECT_COLOR = (123, 167, 180)
@@ -78,10 +79,7 @@ class Scene:
         reach = 0.5 * placement.length + OVERHANG * placement.radius
         center, axis = np.asarray(placement.center), np.asarray(placement.axis)
         center = center if displacement is None else center + displacement
-        heights = np.array((-reach, reach))
-        if taper != 0.0:  # a cone ends before its apex
-            apex = -0.8 * placement.radius / np.tan(taper)
-            heights = np.maximum(heights, apex) if taper > 0.0 else np.minimum(heights, apex)
+        heights = np.array(cone_ends(placement.radius, taper, reach))
         ends = center + heights[:, None] * axis
         mesh = tube_mesh(ends, placement.radius + np.tan(taper) * heights, 2 * SIDES)
         self._show("/object", mesh, OBJECT_COLOR, opacity)

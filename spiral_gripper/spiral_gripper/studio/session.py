@@ -8,32 +8,37 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from spiral_core import (
     Grip,
     Gripper,
+    PressureCourse,
     Profile,
     RodState,
     SpiralError,
     Wrap,
     WrapCurve,
     WrapRegime,
+    close_on,
     grip_window,
     lay_into_coil,
     solve_grip,
     solve_rod,
 )
+from spiral_core.grip.closing import BEYOND_WRAP, TimedClosing
 from spiral_core.grip.window import GripPoint, GripWindow
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_gripper.files.description import GripperDescription
-from spiral_gripper.studio.settings import DEFAULT_RATE, Settings, gripper_for
+from spiral_gripper.studio.settings import DEFAULT_RATE, Settings, cone_ends, gripper_for
 
 # Pressures at which the chart is drawn.
 CHART_POINTS = 61
+# At the pressure to which a gripper closes in real time [s].
+WAIT = 1.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,33 +47,31 @@ class Answer:
 
     Args:
         settings: what it answers, whatever the pressure.
-        pressures, radii: (n,) the chart: rising radii [m] and the pressure that wraps each [Pa],
+        curve: the gripper's wraps; None where it makes no coil.
+        radii, pressures: (n,) the chart: rising radii [m] and the pressure that wraps each [Pa],
             NaN in a gap; empty where nothing is wrapped.
         wrap: the perfect wrap of the object; None where there is none.
         placement: where the object then lies.
-        refusal: why there is no wrap.
-        curve: the gripper's wraps; None where it makes no coil.
         window: the shapes in contact, and the pressures that hold the object; None where that is
             not known yet, or not so.
         grip: what it holds at them; likewise.
-        no_grip: why the object is not held, where that is known.
+        refusal: why there is no wrap, or the object is not held, where that is known.
     """
 
     settings: Settings
-    pressures: Array
-    radii: Array
-    wrap: Wrap | None
-    placement: ObjectPlacement | None
-    refusal: str
-    curve: WrapCurve | None
+    curve: WrapCurve | None = None
+    radii: Array = field(default_factory=lambda: np.empty(0))
+    pressures: Array = field(default_factory=lambda: np.empty(0))
+    wrap: Wrap | None = None
+    placement: ObjectPlacement | None = None
     window: GripWindow | None = None
     grip: Grip | None = None
-    no_grip: str = ""
+    refusal: str = ""
 
     @property
     def is_complete(self) -> bool:
         """Whether nothing more is being computed."""
-        return self.wrap is None or self.grip is not None or self.no_grip != ""
+        return self.grip is not None or self.refusal != ""
 
     def contact_at(self, pressure: float) -> GripPoint | None:
         """Return the solved contact next to a pressure [Pa]; None where there is none."""
@@ -99,7 +102,7 @@ class Session:
     """One gripper under the controls' settings.
 
     The shape at a pressure follows within a frame. Answers are computed by one thread in the
-    background, the newest settings first; an answer is current while :meth:`current` says so.
+    background, the newest settings first.
 
     Args:
         description: the gripper's file.
@@ -123,6 +126,7 @@ class Session:
         self._background = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._pending: Future[None] | None = None
         self._asked_since = 0.0
+        self._closing: tuple[Settings | None, TimedClosing | None] = None, None
         self._ask()
 
     def update(self, settings: Settings) -> None:
@@ -161,11 +165,6 @@ class Session:
         return self.shape() if point is None else point.state
 
     @property
-    def current(self) -> bool:
-        """Whether :attr:`answer` belongs to the settings, whatever the pressure."""
-        return self.known is not None
-
-    @property
     def known(self) -> Answer | None:
         """The answer to the settings, whatever the pressure; None where there is none yet."""
         answer = self.answer
@@ -178,6 +177,33 @@ class Session:
         known = self.known
         complete = known is not None and known.is_complete
         return None if complete else time.monotonic() - self._asked_since
+
+    @property
+    def closing(self) -> TimedClosing | None:
+        """The closing in real time of the settings, whatever the pressure, if it was computed."""
+        settings, closing = self._closing
+        return closing if settings == replace(self.settings, pressure=0.0) else None
+
+    def close_in_time(self, progress: Callable[[int, int], None]) -> TimedClosing | None:
+        """Return the closing of the gripper on its object; None without contact yet.
+
+        The pressure rises at the rate that is set, to a little beyond the perfect wrap.
+
+        Args:
+            progress: called with the frames done and those there are; what it raises ends the
+                computation.
+
+        Raises:
+            SpiralError: the closing cannot be computed.
+        """
+        answer, asked = self.known, replace(self.settings, pressure=0.0)
+        if answer is None or answer.window is None or answer.wrap is None:
+            return None
+        if self.closing is None:
+            end = min(BEYOND_WRAP * answer.wrap.pressure, self.gripper.pressure_max)
+            course = PressureCourse.ramp(asked.rate, end, WAIT)
+            self._closing = asked, close_on(answer.window.setup, course, progress=progress)
+        return self._closing[1]
 
     def close(self) -> None:
         """End the background's work; what is under way is dropped."""
@@ -215,42 +241,39 @@ class Session:
             answer = give(replace(answer, window=window))
             give(replace(answer, grip=solve_grip(setup, window=window, progress=go_on)))
         except SpiralError as error:
-            give(replace(answer, no_grip=str(error)))
+            give(replace(answer, refusal=str(error)))
         except _StaleError:
             return
 
 
 def answer_for(settings: Settings, gripper: Gripper) -> Answer:
     """Return what a gripper wraps, and how it wraps the object that is set."""
-    empty = np.empty(0)
+    answer = Answer(settings)
     try:
         curve = WrapCurve(gripper)
-    except SpiralError as error:
-        return Answer(settings, empty, empty, None, None, str(error), None)
-    radii = np.linspace(curve.radius_min, curve.radius_max, CHART_POINTS)
-    pressures = np.full(CHART_POINTS, np.nan)
-    for index, radius in enumerate(radii.tolist()):
-        with suppress(SpiralError):
-            pressures[index] = curve.pressure_from_radius(radius)
-    try:
+        radii = np.linspace(curve.radius_min, curve.radius_max, CHART_POINTS)
+        pressures = np.full(CHART_POINTS, np.nan)
+        for index, radius in enumerate(radii.tolist()):
+            with suppress(SpiralError):
+                pressures[index] = curve.pressure_from_radius(radius)
+        answer = Answer(settings, curve, radii, pressures)
         wrap = curve.wrap_for_radius(settings.object_radius)
+        return replace(answer, wrap=wrap, placement=place_object(wrap))
     except SpiralError as error:
-        return Answer(settings, pressures, radii, None, None, str(error), curve)
-    return Answer(settings, pressures, radii, wrap, place_object(wrap), "", curve)
+        return replace(answer, refusal=str(error))
 
 
 def object_shape(settings: Settings, length: float) -> Profile | None:
     """Return the shape of a tapered object that a coil of this length [m] lies on, or beyond.
 
-    None for a cylinder. A cone ends where only a fifth of its radius is left.
+    None for a cylinder.
     """
     if settings.taper == 0.0:
         return None
-    radius, slope = settings.object_radius, math.tan(settings.taper)
-    reach, apex = length + 10.0 * radius, -0.8 * radius / slope
-    low, high = (max(-reach, apex), reach) if slope > 0.0 else (-reach, min(reach, apex))
-    heights = np.linspace(low, high, 5)
-    return Profile(tuple(heights.tolist()), tuple((radius + slope * heights).tolist()))
+    radius = settings.object_radius
+    heights = np.linspace(*cone_ends(radius, settings.taper, length + 10.0 * radius), 5)
+    radii = radius + math.tan(settings.taper) * heights
+    return Profile(tuple(heights.tolist()), tuple(radii.tolist()))
 
 
 def _asked_of(settings: Settings) -> Settings:

@@ -74,6 +74,17 @@ def settings_of(description: GripperDescription, object_radius: float) -> Settin
     )
 
 
+def cone_ends(radius: float, taper: float, reach: float) -> tuple[float, float]:
+    """Return where a cone ends below and above the place with its radius [m].
+
+    It reaches as far as it is wanted to, and ends where only a fifth of its radius is left.
+    """
+    if taper == 0.0:
+        return -reach, reach
+    apex = -0.8 * radius / math.tan(taper)
+    return (max(-reach, apex), reach) if taper > 0.0 else (-reach, min(reach, apex))
+
+
 def gripper_for(description: GripperDescription, settings: Settings) -> Gripper:
     """Return the described gripper with the settings' fibers, length, mount and friction.
 

@@ -52,7 +52,7 @@ def regime_text(answer: Answer, settings: Settings) -> str:
         return f"**{point.regime.value}** (in contact)"
     if answer.window is not None:
         return "**lost:** the wrapped coil has lost its stability"
-    if answer.no_grip:
+    if answer.refusal:
         return "**not wrapped** (in contact)"
     regime = answer.regime(settings.pressure)
     return f"**{regime.value if regime else 'no coil'}** (by the tip criterion)"
@@ -106,8 +106,8 @@ def frame_text(frame: Frame, pressure: float) -> str:
 
 def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]:
     """Return what is known of contact and holding force, and since when the rest is computed."""
-    if answer.no_grip:
-        return [f"**not held:** {shown_message(answer.no_grip)}"]
+    if answer.refusal:
+        return [f"**not held:** {shown_message(answer.refusal)}"]
     if answer.window is None or answer.placement is None:
         gap = answer.placement.largest_gap if answer.placement else 0.0
         return [

@@ -24,6 +24,7 @@ from spiral_gripper.cli.types import (
     output_options,
     plot_option,
     typed,
+    wanted,
 )
 from spiral_gripper.cli.workers import progress_bar
 
@@ -59,8 +60,6 @@ def close(
     gripper: str,
     retardation_time: float,
     animate: Path | None,
-    as_json: bool,
-    plot: Path | None,
     **options: Any,  # noqa: ANN401  # of the mount and of CloseQuestion
 ) -> int:
     """Simulate GRIPPER closing on a cylinder at a pressure rate, and print the grip.
@@ -85,18 +84,18 @@ def close(
     question = CloseQuestion(mount, damping=Damping(retardation_time), **options)
     if question.pressure is not None:
         require_pressure(description, question.pressure, typed("pressure"))
-    with progress_bar("closing", quiet=as_json) as moved:
+    with progress_bar("closing") as moved:
         solved = solve_close(question, moved)
     title = f"{mount.name} closes on radius {typed('radius')} at {typed('rate')}"
-    print_result(CLOSE, solved, as_json, title)
-    if plot is not None:
+    print_result(CLOSE, solved, title)
+    if wanted("plot"):
         from spiral_gripper.reports.closing.plots import close_figure
 
-        write_picture(close_figure(solved.closing), plot)
+        write_picture(close_figure(solved.closing))
     if animate is not None:
         from spiral_gripper.reports.closing.plots import write_animation
 
-        with progress_bar("drawing", quiet=as_json) as drawn:
+        with progress_bar("drawing") as drawn:
             write_animation(solved.closing, animate, drawn)
         say_written(animate)
     return 0 if solved.complete else 1

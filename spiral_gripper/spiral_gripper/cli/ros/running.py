@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from spiral_gripper.cli.output import print_json, waiting
+from spiral_gripper.cli.output import print_json
 from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import checked_namespace
 from spiral_gripper.cli.types import (
@@ -18,7 +18,9 @@ from spiral_gripper.cli.types import (
     option,
     output_options,
     units_option,
+    wanted,
 )
+from spiral_gripper.cli.workers import progress_bar
 
 SIDE = "tools.commands"
 _RADIUS = QuantityType("LENGTH", above=0.0)
@@ -45,9 +47,9 @@ overpressure_option = option(
 )
 
 
-def _show(answer: Any, *, as_json: bool) -> int:  # noqa: ANN401
+def _show(answer: Any) -> int:  # noqa: ANN401
     """Print an answer; return 0 if it is good, else 1."""
-    if as_json:
+    if wanted("json"):
         print_json(answer.document)
     else:
         click.echo("\n".join(answer.lines))
@@ -76,7 +78,6 @@ def plan(
     payload: float | None,
     friction: float | None,
     namespace: str,
-    as_json: bool,
 ) -> int:
     """Ask a running node whether it can wrap an object, and at which pressure; nothing moves.
 
@@ -84,11 +85,11 @@ def plan(
     node answers.
     """
     side = load_ros_side(SIDE)
-    with waiting(
-        "the node computes the grip on this object", quiet=payload is None and friction is None
-    ):
+    quick = payload is None and friction is None
+    with progress_bar("the node computes the grip on this object", quiet=quick) as wait:
+        wait(0, None)
         answer = side.plan(namespace, radius, overpressure, payload, friction)
-    return _show(answer, as_json=as_json)
+    return _show(answer)
 
 
 @click.command()
@@ -108,7 +109,6 @@ def grasp(
     timeout: float | None,
     on_failure: str | None,
     namespace: str,
-    as_json: bool,
 ) -> int:
     """Command a running node to wrap an object; wait until the object is held or the grasp failed.
 
@@ -118,30 +118,30 @@ def grasp(
     """
     side = load_ros_side(SIDE)
     answer = side.grasp(namespace, radius, overpressure, timeout, on_failure)
-    return _show(answer, as_json=as_json)
+    return _show(answer)
 
 
 @click.command()
 @timeout_option
 @namespace_option
 @output_options
-def release(timeout: float | None, namespace: str, as_json: bool) -> int:
+def release(timeout: float | None, namespace: str) -> int:
     """Command a running node to vent, and wait until the pressure is gone.
 
     The exit code is 0 if the pressure is gone, 1 if not, 2 if no node answers.
     """
-    return _show(load_ros_side(SIDE).release(namespace, timeout), as_json=as_json)
+    return _show(load_ros_side(SIDE).release(namespace, timeout))
 
 
 @click.command()
 @namespace_option
 @output_options
-def status(namespace: str, as_json: bool) -> int:
+def status(namespace: str) -> int:
     """Show what a running node does now, and why.
 
     The exit code is 0 if nothing is wrong, 1 if something is, 2 if no node answers.
     """
-    return _show(load_ros_side(SIDE).status(namespace), as_json=as_json)
+    return _show(load_ros_side(SIDE).status(namespace))
 
 
 @click.command()

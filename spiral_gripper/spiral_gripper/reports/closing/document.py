@@ -181,15 +181,15 @@ def _presses(solved: SolvedClose) -> str:
     # friction keeps what the closing left: up to 3 % of the normal force between two orderly ones
     force, spread = solved.closing.point.normal_force, solved.spread
     if spread is None:
-        return _force(2)(force)
-    return _with_spread(force, spread.normal_force, _force(3))
+        return shown(force, "N", 2)
+    return _with_spread(force, spread.normal_force, _newtons)
 
 
 def _held(solved: SolvedClose) -> Rows:
     """Return what holds both ways, with its spread where that is known."""
     known = {} if solved.spread is None else solved.spread.holding_forces
     rows = [
-        (HELD[one.pull], _with_spread(one.force, known.get(one.pull), _force(3)))
+        (HELD[one.pull], _with_spread(one.force, known.get(one.pull), _newtons))
         for one in solved.forces
     ]
     if solved.spread is not None:
@@ -207,24 +207,22 @@ def _advised(solved: SolvedClose) -> Rows:
     pairs = zip(advice.rates, advice.forces, strict=True)
     fastest = "none of these" if advice.fastest is None else shown(advice.fastest, "Pa/s")
     return [
-        ("closed slowly it holds", shown(advice.slow, "N", 3)),
-        *((f"  at {shown(rate, 'Pa/s')}", shown(force, "N", 3)) for rate, force in pairs),
+        ("closed slowly it holds", _newtons(advice.slow)),
+        *((f"  at {shown(rate, 'Pa/s')}", _newtons(force)) for rate, force in pairs),
         ("fastest that keeps 90 %", fastest),
     ]
 
 
 def _advice(solved: SolvedClose) -> Json | None:
     advice = solved.advice
-    return (
-        None
-        if advice is None
-        else {
-            "slow_holding_force": advice.slow,
-            "rates": advice.rates,
-            "holding_forces": advice.forces,
-            "fastest_rate": advice.fastest,
-        }
-    )
+    if advice is None:
+        return None
+    return {
+        "slow_holding_force": advice.slow,
+        "rates": advice.rates,
+        "holding_forces": advice.forces,
+        "fastest_rate": advice.fastest,
+    }
 
 
 def _spread(solved: SolvedClose) -> Json | None:
@@ -234,15 +232,13 @@ def _spread(solved: SolvedClose) -> Json | None:
         return None if math.isnan(bounds[0]) else bounds
 
     spread = solved.spread
-    return (
-        None
-        if spread is None
-        else {
-            "normal_force": known(spread.normal_force),
-            "contact_fraction": known(spread.contact_fraction),
-            "holding_forces": {p.name.lower(): known(b) for p, b in spread.holding_forces.items()},
-        }
-    )
+    if spread is None:
+        return None
+    return {
+        "normal_force": known(spread.normal_force),
+        "contact_fraction": known(spread.contact_fraction),
+        "holding_forces": {p.name.lower(): known(b) for p, b in spread.holding_forces.items()},
+    }
 
 
 def _frames(solved: SolvedClose) -> list[Json]:
@@ -274,8 +270,8 @@ def _with_spread(
     return f"{text(value)} ({text(bounds[0])} to {text(bounds[1])})"
 
 
-def _force(digits: int) -> Callable[[float], str]:
-    return lambda force: shown(force, "N", digits)
+def _newtons(force: float) -> str:
+    return shown(force, "N", 3)
 
 
 def _seconds(time: float | None, within: float = 0.0, never: str = "not within this time") -> str:

@@ -18,7 +18,7 @@ from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.files.storage import write_file
 from spiral_gripper.reports.fields import Progress
 from spiral_gripper.reports.grip.plots import coil_surfaces
-from spiral_gripper.reports.shape_plots import VIEWS, draw_side
+from spiral_gripper.reports.shape_plots import draw_sides
 from spiral_gripper.reports.style import COLORS, panels, paper_style, set_title
 
 # Of an animation: pictures per second, dots per inch, and the most pictures.
@@ -46,7 +46,7 @@ def close_figure(closing: TimedClosing) -> Figure:
     right.set(xlabel="time [s]", ylabel="speed of the tip [m/s]")
     right.set_ylim(bottom=0.0)
     radius = shown(float(closing.setup.obstacle.shape.feature_radius), "m")
-    set_title(figure, f"{closing.setup.gripper.name} closes on radius {radius}", 110)
+    set_title(figure, f"{closing.setup.gripper.name} closes on radius {radius}")
     return figure
 
 
@@ -72,12 +72,10 @@ def write_animation(closing: TimedClosing, path: Path, progress: Progress | None
             for done, index in enumerate(chosen, start=1):
                 frame = closing.frames[index]
                 pressure = closing.course.at(frame.time)
-                surfaces = coil_surfaces(GripPoint(pressure, closing.setup, frame.state), reach)
                 figure.clear()
                 figure.suptitle(f"{frame.time:.2f} s, {shown(pressure, 'Pa', 3)}")
-                for number, view in enumerate(VIEWS, start=1):
-                    axes = figure.add_subplot(1, len(VIEWS), number)
-                    draw_side(axes, surfaces, view)
+                point = GripPoint(pressure, closing.setup, frame.state)
+                for axes in draw_sides(figure, coil_surfaces(point, reach)):
                     axes.set(xlim=limits[0], ylim=limits[1])
                 writer.grab_frame()
                 if progress is not None:

@@ -9,7 +9,14 @@ from typing import Any
 from rich.console import Console
 from rich.markup import escape
 
-from spiral_core.grip.approach import Approach, ApproachAnswer, base_rotation
+from spiral_core.grip.approach import (
+    Approach,
+    ApproachAnswer,
+    ApproachTask,
+    BasePose,
+    base_rotation,
+)
+from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down
 from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.fields import Field, document_of, rows_of
@@ -22,6 +29,15 @@ MOST_REASONS = 4
 
 def _vector(values: Any) -> str:  # noqa: ANN401
     return " ".join(f"{value:+.3f}" for value in values)
+
+
+def _tube(approach: Approach) -> Array:
+    """Return the direction of the tube at the base, in the world."""
+    return _direction(approach.task, approach.pose)
+
+
+def _direction(task: ApproachTask, pose: BasePose) -> Array:
+    return base_rotation(task, pose).as_matrix()[:, 0]
 
 
 def _ratio(approach: Approach) -> float | None:
@@ -47,12 +63,7 @@ def _errors(approach: Approach) -> str | None:
 
 
 APPROACH = (
-    Field(
-        "tube_direction",
-        "tube at the base, world",
-        lambda approach: base_rotation(approach.task, approach.pose).as_matrix()[:, 0],
-        lambda approach: _vector(base_rotation(approach.task, approach.pose).as_matrix()[:, 0]),
-    ),
+    Field("tube_direction", "tube at the base, world", _tube, lambda each: _vector(_tube(each))),
     Field("position", "base from the object's middle, world", "position", "m"),
     Field(
         "orientation",
@@ -102,5 +113,5 @@ def print_answer(answer: ApproachAnswer, console: Console) -> None:
         console.print(escape(f"{times} x {shown_message(reason)}"), highlight=False)
     if math.isinf(answer.tried[answer.nearest].missing):  # no tube came near
         return
-    tube = base_rotation(answer.task, answer.nearest).as_matrix()[:, 0]
-    console.print(f"the nearest: with the tube at the base along {_vector(tube)}", highlight=False)
+    tube = _vector(_direction(answer.task, answer.nearest))
+    console.print(f"the nearest: with the tube at the base along {tube}", highlight=False)

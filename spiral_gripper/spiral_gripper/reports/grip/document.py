@@ -106,32 +106,37 @@ class SolvedGrip:
     nudged: tuple[GripWindow, ...] = ()
 
 
-def solve_question(question: GripQuestion, progress: Progress | None = None) -> SolvedGrip:
-    """Return how a gripper holds an object.
+def solve_question(
+    question: GripQuestion, progress: Progress | None = None, *, forces: bool = True
+) -> SolvedGrip:
+    """Return how a gripper holds an object, or without ``forces`` where it is wrapped.
 
     Raises:
         InvalidInputError: a value is out of its range, or the profile's file cannot be used.
         NotGrippableError: the object is not held at any pressure.
     """
     window, mark = closed_window(question, progress)
-    asked = sorted(set(question.pressures))
-    grip = solve_grip(
-        window.setup, question.pulls, pressures=asked or None, window=window, progress=progress
-    )
+    pulls, asked = question.pulls if forces else (), sorted(set(question.pressures))
+    grip = Grip(window, (), {})
+    if forces:
+        grip = solve_grip(
+            window.setup, pulls, pressures=asked or None, window=window, progress=progress
+        )
     refusal = recommended = None
     try:
         recommended = grip.recommended_pressure(question.payload, force_max=question.force_max)
     except NotGrippableError as error:
         refusal = error.constraint
-    if asked:  # computed already
+    if asked and forces:  # computed already
         looked_at = asked.index(question.pressures[0])
         point = grip.points[looked_at]
         held = {pull: found[looked_at] for pull, found in grip.forces.items()}
     else:
-        point = window.at(grip.recommended_pressure() if recommended is None else recommended)
-        held = holding_forces(point, question.pulls)
-    rest = follow_loss(window)
-    rest_held = {} if rest is None else holding_forces(rest, question.pulls)
+        best = grip.recommended_pressure() if recommended is None else recommended
+        point = window.at(question.pressures[0] if asked else best)
+        held = holding_forces(point, pulls)
+    rest = follow_loss(window) if forces else None
+    rest_held = {} if rest is None else holding_forces(rest, pulls)
     nudged = nudged_windows(window.setup) if question.spread else ()
     return SolvedGrip(
         question, grip, recommended, point, held, refusal, rest, rest_held, mark, nudged
@@ -140,7 +145,7 @@ def solve_question(question: GripQuestion, progress: Progress | None = None) -> 
 
 def placed(
     question: GripQuestion,
-    executor: Executor,
+    executor: Executor | None,
     progress: Progress | None = None,
 ) -> GripQuestion:
     """Return a question with the object where it is held: in the free coil or, if not, near it.
@@ -161,20 +166,6 @@ def placed(
     x, y, z = found.axis.tolist()
     gripper = replace(question.gripper, object_axis=(x, y, z))
     return replace(question, gripper=gripper, place=found.obstacle.position)
-
-
-def solve_closing(question: GripQuestion, progress: Progress | None = None) -> SolvedGrip:
-    """Return at which pressures a gripper is wrapped around an object, without any force.
-
-    Raises:
-        InvalidInputError: a value is out of its range, or the profile's file cannot be used.
-        NotGrippableError: the object is not held at any pressure.
-    """
-    window, mark = closed_window(question, progress)
-    grip = Grip(window, (), {})
-    recommended = grip.recommended_pressure()
-    point = window.at(question.pressures[0] if question.pressures else recommended)
-    return SolvedGrip(question, grip, recommended, point, {}, None, None, {}, mark)
 
 
 def closed_window(

@@ -34,9 +34,10 @@ from spiral_gripper.reports.shaded import (
 )
 from spiral_gripper.reports.shape_plots import draw_sides, shape_figure
 from spiral_gripper.reports.style import (
+    BELOW,
+    BESIDE,
     COLORS,
     CURLING_COLOR,
-    OUTSIDE,
     PERFECT_COLOR,
     panels,
     paper_style,
@@ -59,7 +60,7 @@ def grip_figure(grip: Grip, title: str, pressure: float | None = None) -> Figure
     figure = Figure(figsize=(7.6, 3.6), layout="constrained")
     figure.supxlabel(_accuracy(grip), fontsize=6.5)
     closing = grip.setup.closing.value
-    set_title(figure, f"{title}; friction {grip.setup.obstacle.friction:g}, {closing}", 110)
+    set_title(figure, f"{title}; friction {grip.setup.obstacle.friction:g}, {closing}")
     grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0))
     left, right = (figure.add_subfigure(cell) for cell in (grid[0], grid[1]))
     axes = left.add_subplot()
@@ -183,7 +184,7 @@ def window_figure(
         _draw_windows(axes, sorted(found, key=lambda pair: pair[0]))
         axes.set_title(title, parse_math=False)
     handles, labels = axes_list[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc=OUTSIDE + "upper right")
+    figure.legend(handles, labels, loc=BESIDE)
     return figure
 
 
@@ -234,7 +235,7 @@ def capture_figure(region: CaptureRegion, title: str) -> Figure:
     figure = Figure(figsize=(7.6, 4.6), layout="constrained")
     payload = "" if region.payload is None else f" carrying {shown(region.payload, 'kg')}"
     friction = f"friction {region.setup.obstacle.friction:g}"
-    set_title(figure, f"{title},{payload} at {shown(region.pressure, 'Pa')}; {friction}", 110)
+    set_title(figure, f"{title},{payload} at {shown(region.pressure, 'Pa')}; {friction}")
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 0.26))
     shifts, tilts, numbers = (figure.add_subplot(at) for at in (grid[0, 0], grid[0, 1], grid[1, :]))
     _draw_tube(shifts, region)
@@ -256,7 +257,7 @@ def capture_figure(region: CaptureRegion, title: str) -> Figure:
     for outcome in dict.fromkeys(each.beyond for each in (*region.shifts, *region.tilts)):
         tilts.plot([], [], "o", ms=3.5, color=LIMIT_COLORS[outcome], label=BEYOND[outcome])
     tilts.plot([], [], "--", color="black", lw=0.8, label="all errors at once")
-    figure.legend(loc=OUTSIDE + "lower center", ncols=6, fontsize=7)
+    figure.legend(loc=BELOW, ncols=6, fontsize=7)
     numbers.axis("off")
     names = "\n".join((*(name for _, name, _ in COMPONENTS), "all at once"))
     numbers.text(0.3, 0.5, names, ha="right", va="center", fontsize=7)
@@ -287,7 +288,7 @@ def _draw_tube(axes: Axes, region: CaptureRegion) -> None:
 def approach_figure(answer: ApproachAnswer, title: str) -> Figure:
     """Return each approach from the side, to scale: gravity points down."""
     figure = Figure(figsize=(7.6, 3.6), layout="constrained")
-    set_title(figure, title, 110)
+    set_title(figure, title)
     views = [figure.add_subplot(1, MOST_PANELS, 1 + at) for at in range(len(answer.approaches))]
     for number, (axes, approach) in enumerate(zip(views, answer.approaches, strict=True), start=1):
         point, down = approach.point, np.array(approach.pose.gravity)

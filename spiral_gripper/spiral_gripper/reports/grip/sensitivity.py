@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple, TypeAlias
 
 from rich.markup import escape
@@ -17,6 +18,7 @@ from spiral_core.errors import InvalidInputError, NoCoilError, NotGrippableError
 from spiral_core.grip.holding import Pull, holding_forces
 from spiral_core.grip.setup import GripSetup, friction_of
 from spiral_core.grip.window import FRICTION_TOLERANCE, grip_window, sharp_onset
+from spiral_core.numerics.tasks import in_turn
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.profile import wrap_for_profile
 from spiral_gripper.files.description import GripperDescription, vary_gripper
@@ -234,26 +236,24 @@ def inputs_of(
     """
     question = replace(question, pressures=(), payload=None, force_max=None, spread=False)
 
-    def side(vary: Callable[[float], GripQuestion], value: float) -> Side | None:
-        try:
-            return vary(value), pressure
-        except InvalidInputError:
-            return None
-
     def both(
         name: str, change: float, unit: str, at: float, vary: Callable[[float], GripQuestion]
     ) -> Input:
+        if unit == "m" and at > 0.0:
+            change = min(change, MOST_OF_IT * at)
         step = change * at if unit == "%" else change
-        return Input(name, change, unit, side(vary, at - step), side(vary, at + step))
+        sides: list[Side | None] = [None, None]
+        for side, value in enumerate((at - step, at + step)):
+            with suppress(InvalidInputError):  # there is no such gripper
+                sides[side] = vary(value), pressure
+        return Input(name, change, unit, *sides)
 
     gripper, radius = question.gripper, question.radius
     if radius is not None:
-        change = min(LENGTH, MOST_OF_IT * radius)
-        yield both("object's radius", change, "m", radius, lambda v: replace(question, radius=v))
-    for field, (name, largest, unit) in _FIELDS.items():
+        yield both("object's radius", LENGTH, "m", radius, lambda v: replace(question, radius=v))
+    for field, (name, change, unit) in _FIELDS.items():
         value = description.values.get(field)
         if isinstance(value, float):
-            change = min(largest, MOST_OF_IT * value) if unit == "m" else largest
 
             def vary(value: float, field: str = field) -> GripQuestion:
                 varied = vary_gripper(description, field, value)
@@ -292,7 +292,7 @@ def solve_sensitivity(
     description: GripperDescription,
     setup: GripSetup | None,
     pressure: float,
-    executor: Executor,
+    executor: Executor | None,
     progress: Progress,
 ) -> Varied:
     """Return the figures of a question, and what every input changes, the largest change first.
@@ -308,27 +308,21 @@ def solve_sensitivity(
         description: of that gripper.
         setup: of the question; None where there is no contact.
         pressure: of the forces [Pa].
-        executor: solves the questions.
+        executor: solves the questions; None: one after the other, here.
         progress: called with the number solved and the number there are.
     """
     inputs = tuple(inputs_of(method, question, description, setup, pressure))
     asked = [(question, pressure), *(side for each in inputs for side in (each.less, each.more))]
-    jobs = [executor.submit(_figures, method.solve, *side) if side else None for side in asked]
-    found: list[Figures] = []
-    for job in jobs:
-        found.append({} if job is None else job.result())
-        progress(len(found), len(jobs))
+    found = list(in_turn(partial(_figures, method.solve), asked, executor, progress))
     base = found[0]
     changed = [Sensitivity(each, *found[1 + 2 * k : 3 + 2 * k]) for k, each in enumerate(inputs)]
     changed.sort(key=lambda each: each.size(base, method.ranked), reverse=True)
     return Varied(method, base, tuple(changed))
 
 
-def _figures(
-    solve: Callable[[GripQuestion, float], Figures], question: GripQuestion, pressure: float
-) -> Figures:
-    """Return the figures of a question; none where the object is not held."""
+def _figures(solve: Callable[[GripQuestion, float], Figures], side: Side | None) -> Figures:
+    """Return the figures of a question; none where there is none, or the object is not held."""
     try:
-        return solve(question, pressure)
+        return solve(*side) if side else {}
     except (InvalidInputError, NotGrippableError, NoCoilError, SolverError):
         return {}
