@@ -21,8 +21,6 @@ NOT_ON_PYPI = {"launch", "launch_ros", "xacro"}
 OPTIONAL = {"control_msgs", "tf2_msgs", "tf2_ros"}
 # Used by the studio alone, where it was installed by pip: rosdep has no key for them.
 PIP_ONLY = {"trimesh", "viser"}
-# Installed with rich.
-WITH_RICH = {"markdown_it"}
 
 # What pyproject.toml hands to packaging/ros_metadata.py.
 (STATED,) = pyproject()["tool"]["dynamic-metadata"]
@@ -84,9 +82,7 @@ def test_package_xml_names_what_is_imported_with_its_lower_bounds_and_its_tests(
         shown = "".join(path.read_text("utf-8") for path in paths)
         used = external_imports(package) | {*re.findall(r'(?:package="|Class: )(\w+)["/]', shown)}
         used |= OPTIONAL if package == "spiral_gripper_ros" else set()
-        expected = dict(
-            LIBRARIES.get(name, (name, None)) for name in used - PIP_ONLY - WITH_RICH - {package}
-        )
+        expected = dict(LIBRARIES.get(name, (name, None)) for name in used - PIP_ONLY - {package})
         assert dependencies(package, "depend", "exec_depend") == expected
         tested = dependencies(package, "test_depend").keys()
         assert tested >= {"python3-pytest", "python3-hypothesis"}
@@ -101,7 +97,7 @@ def test_pyproject_names_what_is_imported():
     assert imported >= LIBRARIES.keys()
     assert names(EXTRAS["studio"]) >= PIP_ONLY
     run, build = REQUIRED
-    ros = imported - LIBRARIES.keys() - {*PACKAGES} - NOT_ON_PYPI - PIP_ONLY - WITH_RICH
+    ros = imported - LIBRARIES.keys() - {*PACKAGES} - NOT_ON_PYPI - PIP_ONLY
     assert wheels(ros) <= run
     assert {*re.findall(r"\bros-(\w+)-", " ".join(run | build))} == {"jazzy"}
 

@@ -31,7 +31,7 @@ def write_report(report: DesignReport, path: Path) -> None:
         FileError: it cannot be written.
     """
     page = Page("Spiral gripper: design report")
-    page.paragraph("**feasible**" if report.feasible else "**not feasible**")
+    page.verdict("feasible" if report.feasible else "not feasible", good=report.feasible)
     page.paragraph(shown_message(report.message if report.feasible else report.binding.sentence))
     page.items([f"sufficient change: {shown_message(one.sentence)}" for one in report.relaxations])
     page.heading("Required")
@@ -44,7 +44,7 @@ def write_report(report: DesignReport, path: Path) -> None:
     page.picture("pressure against object radius", design_figure(report))
     for step in report.steps:
         met = "(met)" if step.satisfied else "(not met)"
-        page.heading(f"Step {step.number}: {step.title} {met}")
+        page.heading(f"Step {step.number}: {step.title}", met, good=step.satisfied)
         page.paragraph(shown_message(step.remark))
         figures = [(shown_message(one.name), shown(one.value, one.unit)) for one in step.figures]
         page.table(_HEADER, figures)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import subprocess
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
 
 from spiral_gripper_ros.process.node_process import SIMULATOR, NodeProcess
@@ -26,7 +26,12 @@ GRACE = 2.0
 
 
 def run_session(
-    space: str, gripper: str, settings: dict[str, object], duration: float, lines: Sequence[str]
+    space: str,
+    gripper: str,
+    settings: dict[str, object],
+    duration: float,
+    lines: Sequence[str],
+    watched: Callable[[str], Watcher] = Watcher,
 ) -> int:
     """Start node and simulator, show what they do, stop them.
 
@@ -36,6 +41,7 @@ def run_session(
         settings: parameters of the simulator.
         duration: from when the node is active [s]; inf: until SIGINT or SIGTERM.
         lines: to say once both are being started.
+        watched: makes what watches a namespace.
 
     Returns:
         The exit code of what did so: 1 if anything went wrong.
@@ -45,7 +51,7 @@ def run_session(
     signals.defer()
     given = {"gripper": gripper}
     with (
-        closing(Watcher(space)) as watcher,
+        closing(watched(space)) as watcher,
         tempfile.TemporaryFile("w+") as log,
         NodeProcess(space, given | settings, output=log, module=SIMULATOR) as simulator,
         NodeProcess(space, given, output=log) as node,
@@ -55,6 +61,8 @@ def run_session(
         processes = {"node": node, "simulator": simulator}
         problems = _watch(duration, signals, watcher, processes)
         problems += _stop(signals, watcher, processes)
+        if not signals.requested:
+            problems += watcher.verdict()
         for problem in problems:
             say(problem, "red")
         if problems:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The newest state of node and simulator in lines, for ``watch`` and ``simulate``."""
+"""The newest state of node and simulator in lines, for ``watch``, ``simulate`` and the demo."""
 
 from __future__ import annotations
 
@@ -56,6 +56,10 @@ class Watcher(Listener):
         status = self.newest("status", FRESH)
         active = status is not None and status.state != State.INACTIVE
         return active and self.newest("simulated/grip", FRESH) is not None
+
+    def verdict(self) -> list[str]:
+        """Return what was not as expected, one line each, after a session that was not stopped."""
+        return []
 
     def show(self, elapsed: float) -> None:
         """Print a line with a time [s], if more than numbers has changed or the last is old."""
