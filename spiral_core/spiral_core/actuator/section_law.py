@@ -246,6 +246,7 @@ def useful_branch(actuator: Actuator) -> Branch:
         ...     tube=Tube(inner_radius=4.7625e-3, wall_thickness=0.79375e-3, length=0.5),
         ...     fibers=FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)),
         ...     material=NeoHookean(c1=145.0e3),
+        ...     pressure_law=PressureLaw.UNIFORM,
         ... )
         >>> branch = useful_branch(actuator)
         >>> round(branch.path.stretch_at(branch.end), 4), branch.limit.name

@@ -19,8 +19,8 @@ from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.grip.setup import lay_into_coil
-from spiral_core.grip.window import Progress, grip_window
-from spiral_core.numerics.tasks import in_turn
+from spiral_core.grip.window import grip_window
+from spiral_core.numerics.tasks import Progress, in_turn
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_finite, require_positive
 from spiral_core.wrap.curve import WrapCurve

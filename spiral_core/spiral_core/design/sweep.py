@@ -22,8 +22,7 @@ from spiral_core.design.evaluation import Evaluation, solve_candidate
 from spiral_core.design.margin import Constraint
 from spiral_core.design.requirement import Candidate, DesignRequirement, TubeSize
 from spiral_core.errors import InvalidInputError
-from spiral_core.grip.window import Progress
-from spiral_core.numerics.tasks import in_turn
+from spiral_core.numerics.tasks import Progress, in_turn
 from spiral_core.rod.types import Array
 from spiral_core.validation import require_positive
 

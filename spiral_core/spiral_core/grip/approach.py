@@ -21,8 +21,8 @@ from spiral_core.grip.grip import Grip, recommended_grip
 from spiral_core.grip.holding import Pull, holding_force
 from spiral_core.grip.places import FARTHEST_SHIFT, evenly, missing_to_wrap
 from spiral_core.grip.setup import GripSetup, lay_into_coil, vector_of
-from spiral_core.grip.window import GripPoint, Progress, WindowEnd, grip_window
-from spiral_core.numerics.tasks import resume
+from spiral_core.grip.window import GripPoint, WindowEnd, grip_window
+from spiral_core.numerics.tasks import Progress, resume
 from spiral_core.rod.contact.obstacles import Quaternion
 from spiral_core.rod.types import Array, Vector
 from spiral_core.validation import (

@@ -24,8 +24,8 @@ from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.places import FARTHEST_SHIFT
 from spiral_core.grip.setup import GripSetup, hanging_tube
-from spiral_core.grip.window import GripPoint, Progress, raised
-from spiral_core.numerics.tasks import resume
+from spiral_core.grip.window import GripPoint, raised
+from spiral_core.numerics.tasks import Progress, resume
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.state import RodStatus
 from spiral_core.rod.types import Array

@@ -18,8 +18,9 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import FREE_ELEMENTS, GripSetup, free_problem, hanging_tube
-from spiral_core.grip.window import GripPoint, Progress
+from spiral_core.grip.window import GripPoint
 from spiral_core.message import Message, Quantity
+from spiral_core.numerics.tasks import Progress
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_core.rod.motion.frequencies import Modes, vibration_modes

@@ -21,12 +21,11 @@ from spiral_core.grip.window import (
     LOSS_MARGIN,
     GripPoint,
     GripWindow,
-    Progress,
     WindowEnd,
     grip_window,
 )
 from spiral_core.message import Message, Quantity
-from spiral_core.numerics.tasks import resume
+from spiral_core.numerics.tasks import Progress, resume
 from spiral_core.rod.types import Array, Vector
 from spiral_core.rounding import rounded_down
 from spiral_core.validation import require_positive

@@ -14,9 +14,9 @@ import numpy as np
 
 from spiral_core.errors import NotGrippableError, SpiralError
 from spiral_core.grip.setup import Closing, GripSetup, lay_into_coil
-from spiral_core.grip.window import TOUCH_GAP, GripWindow, Progress, WindowEnd, grip_window
+from spiral_core.grip.window import TOUCH_GAP, GripWindow, WindowEnd, grip_window
 from spiral_core.message import Message, Quantity
-from spiral_core.numerics.tasks import in_turn
+from spiral_core.numerics.tasks import Progress, in_turn
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.curve import WrapCurve

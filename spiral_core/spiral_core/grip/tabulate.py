@@ -19,8 +19,8 @@ from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, holding_forces
 from spiral_core.grip.setup import GripSetup, lay_into_coil, vector_of
 from spiral_core.grip.table import GripTable
-from spiral_core.grip.window import GripPoint, Progress, grip_window
-from spiral_core.numerics.tasks import in_turn
+from spiral_core.grip.window import GripPoint, grip_window
+from spiral_core.numerics.tasks import Progress, in_turn
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.types import Array

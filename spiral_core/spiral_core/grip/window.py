@@ -15,6 +15,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.setup import Closing, GripSetup, hanging_tube
 from spiral_core.message import Message, Quantity
+from spiral_core.numerics.tasks import Progress
 from spiral_core.rod.contact.obstacles import turns_about
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
@@ -319,8 +320,6 @@ FALL_PRESSURES = (1.004, 1.01, 1.02)
 
 # To see what a grip depends on, the object is moved by this part of the tube's length.
 NUDGE = 1e-6
-
-Progress = Callable[[int, int], None]
 
 
 class WindowEnd(Enum):

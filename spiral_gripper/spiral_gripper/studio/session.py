@@ -77,7 +77,8 @@ class Answer:
         """Return the solved contact next to a pressure [Pa]; None where there is none."""
         if self.window is None or not 0.0 <= pressure <= self.window.top:
             return None
-        return min(self.window.points, key=lambda point: abs(point.pressure - pressure))
+        # Half-way between two, as the wrap's own pressure is, rounding must not choose.
+        return min(self.window.points, key=lambda point: abs(point.pressure - 1.000001 * pressure))
 
     def object_place(self) -> ObjectPlacement | None:
         """Return where the object lies: where contact was solved with it, once it was."""
