@@ -46,6 +46,8 @@ AXIS_TURN = 0.4
 EXTREME_STEPS = 20
 # Solved wraps that one interpolation goes through.
 TABLE_NODES = 8
+# The slope between them is that of this part of the way from one to the next.
+NEXT = 1e-3
 # Where a coil closes on itself, the range ends at this fraction of the tube's outer radius.
 LEAST_RADIUS = 1e-3
 
@@ -107,6 +109,12 @@ class SubBranch:
         radii = np.array([wrap.object_radius + wrap.outer_radius for wrap in wraps])
         return 1.0 / radii, np.array([wrap.pressure for wrap in wraps])
 
+    def _pressure(self, curvature: float) -> float:
+        """Return the pressure [Pa] of a contact curvature [1/m], by a polynomial through wraps."""
+        curvatures, pressures = self._table
+        first, weights = lagrange_weights(curvatures, curvature, TABLE_NODES)
+        return float(weights @ pressures[first : first + len(weights)])
+
     def bracket_and_guess(self, target: float) -> tuple[float, float, float, float]:
         """Return what a search for a contact curvature [1/m] on the branch starts from.
 
@@ -118,16 +126,15 @@ class SubBranch:
             there [1/(m Pa)].
         """
         curvatures, pressures = self._table
-        first, weights = lagrange_weights(curvatures, target, TABLE_NODES)
         above = min(max(int(np.searchsorted(curvatures, target)), 1), len(curvatures) - 1)
         (low, high), (before, after) = (
             each[above - 1 : above + 1].tolist() for each in (pressures, curvatures)
         )
         slope = (after - before) / (high - low)
-        guess = float(weights @ pressures[first : first + len(weights)])
-        if min(low, high) < guess < max(low, high):  # of the parabola through the three
-            slope = (target - before) / (guess - low) + (after - target) / (high - guess) - slope
-            return low, high, guess, slope
+        step = NEXT * (after - before)
+        guess, beside = map(self._pressure, (target, target + step))
+        if min(low, high) <= guess <= max(low, high) and (beside - guess) * slope > 0.0:
+            return low, high, guess, step / (beside - guess)
         return low, high, low + (target - before) / slope, slope
 
 
