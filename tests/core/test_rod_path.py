@@ -62,6 +62,12 @@ def test_a_fold_is_located_releases_energy_and_leaves_two_states():
         one = other
 
 
+def test_a_column_that_buckles_to_any_side_has_one_state():
+    rod = Rod(0.4, Section.inextensible(3e-4, 2e-4))
+    (state,) = find_equilibria(rod, RodLoad(tip_force=(-0.08, 0.0, 0.0)), starts=6)
+    assert state.neutral_modes == 1
+
+
 def test_a_fold_between_stations_close_together_is_left_too():
     """Right behind it the energy is so flat that the state there is all but in equilibrium."""
     ends, start = CLOSE, None

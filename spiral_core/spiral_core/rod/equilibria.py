@@ -93,6 +93,21 @@ def _scrambled(orientations: Array, generator: np.random.Generator) -> Array:
 
 
 def _same(a: RodState, b: RodState) -> bool:
-    """Return whether two states' nodes differ by no more than :data:`SAME_ANGLE`."""
+    """Return whether two states' nodes differ by no more than :data:`SAME_ANGLE`.
+
+    Those that may turn about the base's axis are compared as shapes.
+    """
+    if a.neutral_modes and b.neutral_modes:
+        apart = np.abs(_upright(a) - _upright(b)).max()
+        return bool(apart < SAME_ANGLE * a.arc_lengths[-1])
     overlap = np.abs(np.sum(a.orientations * b.orientations, axis=1))
     return bool(np.all(2.0 * np.arccos(np.minimum(1.0, overlap)) < SAME_ANGLE))
+
+
+def _upright(state: RodState) -> Array:
+    """Return nodes (N + 1, 3) turned about the x axis: the farthest from it lies beside +y [m]."""
+    x, y, z = state.positions.T
+    far = int(np.argmax(np.hypot(y, z)))
+    turned = (y + 1j * z) * np.exp(-1j * np.arctan2(z[far], y[far]))
+    nodes: Array = np.stack((x, turned.real, turned.imag), axis=1)
+    return nodes

@@ -57,7 +57,9 @@ def design_space(
 
     description = described(gripper)
     name, actuator = description.gripper.name, description.actuator
-    curves = curves_of(actuator, betas or CHART_BETAS, turns_required, stretch_max)
+    mirrored = math.copysign(1.0, actuator.fiber_pair.beta)
+    betas = betas or tuple(mirrored * beta for beta in CHART_BETAS)
+    curves = curves_of(actuator, betas, turns_required, stretch_max)
     _print_data(curves)
     if wanted("plot"):
         from spiral_gripper.reports.plots import design_space_figure
