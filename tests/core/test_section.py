@@ -6,8 +6,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from core.actuator_cases import PAPER_TUBE, derivative, mirrored
-from core.reference_uniform import reference_pressure
+from core.actuator_cases import derivative, mirrored
 from core.section_cases import LAWS, one_family, section, uniform, wall
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
@@ -36,22 +35,6 @@ CASES = [
     section(88.0, 60.0, thick_wall=True),
     section(45.0, -45.0).without_single_fibers(),
 ]
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_a_straight_section_is_the_uniform_law(law):
-    for pair in [(88.0, 60.0), (90.0, 70.0), (75.0, 50.0), (65.0, -65.0)]:
-        even = FreeActuation(section(*pair, law).without_single_fibers())
-        for fraction in (1e-6, 0.01, 0.2, 0.5, 0.9, 0.99):
-            stretch = 1.0 + fraction * (even.stretch_limit - 1.0)
-            # the reference takes the stretch as rounded
-            near = 4e-16 / (fraction * (even.stretch_limit - 1.0))
-            pressure = reference_pressure(even.actuator, stretch)
-            assert_allclose(even.pressure_from_stretch(stretch), pressure, 1e-11 + near)
-            shape = even.unloaded_shape_from_stretch(stretch)
-            twist = fiber_state(even.actuator.fibers, stretch).twist / PAPER_TUBE.inner_radius
-            assert shape.curvature == 0.0
-            assert_allclose(shape.torsion * stretch, twist, 1e-8 + near, 1e-12)
 
 
 def test_small_strain_without_twist_costs_half_as_much_again():
