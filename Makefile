@@ -16,7 +16,7 @@ INSTALLED_DEV := $(VENV)/.installed-dev
 # numba keeps what it has compiled beside the sources.
 KERNELS := packaging/compile_kernels.py $(wildcard spiral_core/spiral_core/numerics/kernel.py spiral_core/spiral_core/wrap/_*.py \
   spiral_core/spiral_core/rod/_*.py spiral_core/spiral_core/rod/types.py spiral_core/spiral_core/rod/contact/_*.py spiral_core/spiral_core/rod/motion/_*.py)
-COMPILED := $(VENV)/.compiled
+COMPILED := $(VENV)/.compiled$(NUMBA_CPU_NAME)
 
 # Another Python's or another ROS installation's settings must not reach our environment.
 unexport PYTHONHOME PYTHONPATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH COLCON_PREFIX_PATH
