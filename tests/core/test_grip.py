@@ -99,18 +99,21 @@ def test_window_is_what_its_points_say(name):
         assert found.at(1.004 * curling).regime is WrapRegime.CURLING
         assert curling < 1.01 * onset or not found.at(0.996 * curling).is_curled
     if lift_off is not None:
-        wrapped = [found.at(share * lift_off).is_wrapped for share in (0.996, 1.004)]
-        assert wrapped == [True, False]
+        assert found.at(0.996 * lift_off).is_wrapped
+        assert not found.at(1.004 * lift_off).is_wrapped
     rest = follow_loss(found)
     assert (found.end is WindowEnd.LOST) == (found.loss is not None) == (rest is not None)
     grip = solved(found)
     # Upright the tube falls to a side: what it then reaches differs by 5e-6 between processors.
     if name != "upright":
-        recorded(f"grip/{name}", [grip, point, grip.recommended_pressure()], within=1e-2)
+        # What touches thinly and is rough is known to a part of what its pressures are located to.
+        within = 1e-2 if name == "thin, rough" else 1e-6
+        recorded(f"grip/{name}", [grip, point, grip.recommended_pressure()], within)
     if rest:  # the end has let go
         assert found.top < found.loss < rest.pressure <= 1.02 * found.loss
         assert rest.tip_gap > 0.8 * found.setup.obstacle.shape.radius
-        assert (point.is_wrapped, rest.is_wrapped) == (True, False)
+        assert point.is_wrapped
+        assert not rest.is_wrapped
         assert rest.normal_force < point.normal_force
     own = found.setup.gripper
     shape = own.unloaded_shape(point.pressure)
