@@ -30,7 +30,7 @@ def objects_of(requirement: DesignRequirement) -> tuple[float, ...]:
 def close_on_objects(
     requirement: DesignRequirement, evaluation: Evaluation, told: Told, *, anywhere: bool = False
 ) -> tuple[ClosedObject, ...]:
-    """Return what closing a candidate's gripper on each object ends with.
+    """Return what closing a candidate's gripper on each object ends with, up to one not wrapped.
 
     Each object lies where the free coil fits best, as :func:`lay_into_coil` puts it.
 
@@ -39,14 +39,16 @@ def close_on_objects(
         evaluation: a candidate as a rod under gravity.
         told: called with what is done next, in words.
         anywhere: whether other places are tried where an object is not wrapped in the first, up to
-            the first object for which there is none.
+            the first object for which there is none; then it is closed on all of them.
     """
     radii, exact = objects_of(requirement), evaluation.exact
     if exact is None:
         return tuple(ClosedObject(r, reason="no length wraps the largest object") for r in radii)
     friction = requirement.friction_coefficient
-    closed = []
+    closed: list[ClosedObject] = []
     for radius in radii:
+        if not anywhere and closed and closed[-1].onset is None:
+            break
         told(Message("closing on {}", Quantity(radius, "m")))
         try:
             reached = min(radius, exact.largest.radius)  # to rounding
@@ -98,8 +100,9 @@ def judged(
 ) -> Evaluation:
     """Return a candidate with the room on what is required of closing on the objects."""
     wrapped = sum(one.onset is not None for one in closed)
-    margins = [Margin(Constraint.WRAPPED, float(wrapped), float(len(closed)))]
-    if requirement.tolerance is not None and wrapped == len(closed):
+    objects = len(objects_of(requirement))
+    margins = [Margin(Constraint.WRAPPED, float(wrapped), float(objects))]
+    if requirement.tolerance is not None and wrapped == objects:
         least = min(one.safe_shift or 0.0 for one in closed)
         margins.append(Margin(Constraint.TOLERANCE, least, requirement.tolerance))
     return replace(evaluation, margins=(*evaluation.margins, *margins), closed=closed)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -55,10 +56,6 @@ LOOK_AHEAD = {
     Preference.LARGEST_MARGIN: 1000,
 }
 
-# So many feasible candidates are closed on the objects where the free coil lies, before other
-# places are tried for the preferred one.
-MOST_CLOSED = 6
-
 Progress = Callable[[int, int, str], None]
 
 
@@ -72,8 +69,8 @@ def design_gripper(
     A candidate that fails there sends the procedure back to its second step, with the next; of the
     first that meet everything the preferred one is taken. Its gripper closes on the largest, the
     middle and the smallest object, with contact and friction. A candidate that leaves one of them
-    unwrapped where the free coil lies gives way to the next; where each does, other places are
-    tried for the preferred one. That takes some seconds, with other places up to minutes.
+    unwrapped where the free coil lies gives way to the next, until one wraps all; where none does,
+    other places are tried for the preferred one. That takes seconds, with other places minutes.
 
     Args:
         requirement: objects, limits, what is on offer.
@@ -116,9 +113,12 @@ def design_gripper(
     passing = sum(estimate.feasible for estimate in estimates)
     order = sorted(estimates, key=preferred)[: passing + OTHERS_TRIED]
     tried = _solve_in_order(requirement, order, progress)
+    if not any(evaluation.feasible for evaluation in tried):
+        tried = _solved_longer(requirement, tried, progress)
     chosen = min(tried, key=preferred)
     if contact and chosen.feasible:
-        tried, chosen = _closed(requirement, tried, progress)
+        left = [estimate for estimate in order[len(tried) :] if estimate.feasible]
+        tried, chosen = _closed(requirement, tried, left, progress)
     design = _design(requirement, chosen)
     relaxations: tuple[Relaxation, ...] = ()
     if not (chosen.closed or chosen.feasible):
@@ -138,12 +138,7 @@ def design_gripper(
 def _solve_in_order(
     requirement: DesignRequirement, order: Sequence[Estimate], progress: Progress
 ) -> list[Evaluation]:
-    """Return the candidates solved as rods: up to the first that does, and those it must beat.
-
-    Where none does, those whose length fails are looked at again: at every length where they miss
-    by no more than a factor of two and nothing else is nearer to the requirement, at every length
-    after a near miss otherwise.
-    """
+    """Return the candidates solved as rods: up to the first that does, and those it must beat."""
     tried: list[Evaluation] = []
     left = LOOK_AHEAD[requirement.preference]
     for number, estimate in enumerate(order):
@@ -153,13 +148,22 @@ def _solve_in_order(
         left -= found
         progress(number, len(order), estimate.candidate.label)
         tried.append(evaluate_candidate(requirement, estimate, near_miss=0.0))
-    if any(evaluation.feasible for evaluation in tried):
-        return tried
+    return tried
+
+
+def _solved_longer(
+    requirement: DesignRequirement, tried: Sequence[Evaluation], progress: Progress
+) -> list[Evaluation]:
+    """Return candidates of which none does, those whose length fails looked at again.
+
+    At every length where they miss by no more than a factor of two and nothing else is nearer to
+    the requirement, at every length after a near miss otherwise.
+    """
     solved: list[Evaluation] = []
     fewest = min(rank(evaluation)[0] for evaluation in tried)
     for evaluation in tried:
         if evaluation.violated.keys() & {Constraint.LENGTH, Constraint.LARGEST_RADIUS}:
-            progress(len(solved), len(order), evaluation.candidate.label)
+            progress(len(solved), len(tried), evaluation.candidate.label)
             evaluation = evaluate_candidate(  # noqa: PLW2901
                 requirement,
                 evaluation.estimate,
@@ -171,11 +175,15 @@ def _solve_in_order(
 
 
 def _closed(
-    requirement: DesignRequirement, tried: Sequence[Evaluation], progress: Progress
+    requirement: DesignRequirement,
+    tried: Sequence[Evaluation],
+    left: Sequence[Estimate],
+    progress: Progress,
 ) -> tuple[list[Evaluation], Evaluation]:
     """Return the candidates judged by contact, and the preferred that wraps every object.
 
-    If none wraps every object, the preferred one of all.
+    Those that are left are solved where none does. If none wraps every object where the free coil
+    lies, other places are tried for the preferred one of all.
 
     Raises:
         SolverError: a free shape could not be certified.
@@ -183,25 +191,33 @@ def _closed(
     # Contact is loaded only when it is asked for.
     from spiral_core.design.closing import close_on_objects, judged, objects_of
 
-    order = [number for number, evaluation in enumerate(tried) if evaluation.feasible]
-    order.sort(key=lambda number: preference_key(requirement.preference, tried[number]))
-    order = order[:MOST_CLOSED]
-    steps = (len(order) + 2) * len(objects_of(requirement))
-    steps *= 1 if requirement.tolerance is None else 2
-    done = 0
+    # As many closings as there may be, twice where other places or shifts are tried.
+    twice = 2 if requirement.tolerance is not None else 1
+    steps = (len(tried) + len(left) + 2) * len(objects_of(requirement)) * twice + len(left)
+    done = count()
 
     def told(what: str) -> None:
-        nonlocal done
-        progress(done, steps, what)
-        done += 1
+        progress(next(done), steps, what)
 
-    result, number = list(tried), order[0]
-    for number, anywhere in (*((n, False) for n in order), (order[0], True)):
-        closed = close_on_objects(requirement, tried[number], told, anywhere=anywhere)
-        result[number] = judged(requirement, tried[number], closed)
-        if result[number].feasible:
-            break
-    return result, result[number]
+    def close(number: int, *, anywhere: bool = False) -> Evaluation:
+        closed = close_on_objects(requirement, solved[number], told, anywhere=anywhere)
+        result[number] = judged(requirement, solved[number], closed)
+        return result[number]
+
+    def preferred(number: int) -> tuple[float, ...]:
+        return preference_key(requirement.preference, solved[number])
+
+    solved, result = list(tried), list(tried)
+    while order := [number for number, one in enumerate(result) if one.feasible]:
+        for number in sorted(order, key=preferred):
+            if close(number).feasible:
+                return result, result[number]
+        more = _solve_in_order(requirement, left, lambda *now: told(now[-1]))
+        left = left[len(more) :]
+        solved += more
+        result += more
+    number = min(range(len(solved)), key=preferred)
+    return result, close(number, anywhere=True)
 
 
 def _design(requirement: DesignRequirement, chosen: Evaluation) -> Design | None:
