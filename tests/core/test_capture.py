@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from functools import cache
 from math import inf, radians
-from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from core.gripper_cases import linear_gripper, paper_gripper
 from core.recorded import recorded
+from numpy import array, eye, ones, sqrt
 from numpy.linalg import norm
 from numpy.testing import assert_allclose
 
@@ -32,8 +33,8 @@ def hanging():
 
 def region_of(rule, **options):
     """Return the region of a rule: what closing on a misplaced object ends in."""
-    executor = SimpleNamespace(map=lambda _, places: [rule(np.array(one)) for one in places])
-    return capture_region(hanging(), PRESSURE, executor=executor, **options)
+    pool = Mock(submit=lambda _, place: Mock(result=lambda: rule(array(place))))
+    return capture_region(hanging(), PRESSURE, executor=pool, **options)
 
 
 SEMI_AXES = (0.011, 0.006, 12.3 * DEGREE, 7.7 * DEGREE, 0.0023)
@@ -43,7 +44,7 @@ def inside(order):
     """Return the rule of an ellipsoid (order 2), or of a region with corners on the axes (1)."""
 
     def rule(place):
-        held = norm(place / np.array(SEMI_AXES), order) <= 1.0
+        held = norm(place / array(SEMI_AXES), order) <= 1.0
         return CaptureOutcome.HOLDS if held else CaptureOutcome.PASSES_BY
 
     return rule
@@ -52,14 +53,14 @@ def inside(order):
 def test_limits_outlines_and_margins_of_an_ellipsoid_are_its_own():
     """Each is the last misplacement that holds, within the resolution."""
     region = region_of(inside(2))
-    coarse = np.array((2e-4, 2e-4, 0.5 * DEGREE, 0.5 * DEGREE, 2e-4))
+    coarse = array((2e-4, 2e-4, 0.5 * DEGREE, 0.5 * DEGREE, 2e-4))
     short = SEMI_AXES - np.abs(region.limits.T)
     assert (short >= 0.0).all()
     assert (short <= coarse).all()
     for boundaries in (region.shifts, region.tilts):
         assert len(boundaries) >= 16
         for boundary, place in zip(boundaries, region.outline(boundaries), strict=True):
-            way = np.array(boundary.direction) * region.reach
+            way = array(boundary.direction) * region.reach
             exact = way / norm(way / SEMI_AXES)
             assert np.all(np.abs(place) <= np.abs(exact) + 1e-12)
             assert np.all(np.abs(place - exact) <= coarse)
@@ -69,8 +70,8 @@ def test_limits_outlines_and_margins_of_an_ellipsoid_are_its_own():
     assert region.margin(NOWHERE) == 1.0
     # Along each axis and between them.
     for part in (0.25, 0.5, 1.5):
-        for way in (*np.eye(5), -np.sqrt(0.2) * np.ones(5)):
-            margin = region.margin(part * np.array(SEMI_AXES) * way)
+        for way in (*eye(5), -sqrt(0.2) * ones(5)):
+            margin = region.margin(part * array(SEMI_AXES) * way)
             assert 1.0 - 1.07 * part <= margin <= 1.0 - part
 
 
@@ -117,7 +118,7 @@ def test_real_outcomes():
     assert ending() == ending((0.010, -0.010, 0.0, 0.0, 0.001)) == "HOLDS"
     assert ending((0.0, 0.0, -16 * DEGREE, 0.0, 0.0)) == "PASSES_BY"
     assert ending((0.0, 0.0, 0.0, 0.0, -0.003)) == "PASSES_BY"
-    away = np.asarray(hanging().obstacle.position) @ hanging().frame[1]
+    away = hanging().frame[1] @ hanging().obstacle.position
     over = 0.020 + 0.8 * hanging().gripper.tube.outer_radius - away  # by a fifth of that radius
     for elements in (45, 90, 180):
         assert ending((over, *NOWHERE[1:]), elements=elements) == "IN_THE_WAY"
@@ -155,7 +156,7 @@ def test_a_mirrored_misplacement_ends_in_the_mirrored_grip():
         setup = GripSetup(linear_gripper(torsion=0.0, length=0.14), obstacle)
         assert abs(setup.frame[0, 2]) == 1.0
         one, other = (
-            close_misplaced(setup, 90e3, np.array(off) * (1, 1, side, side, 1)) for side in (1, -1)
+            close_misplaced(setup, 90e3, array(off) * (1, 1, side, side, 1)) for side in (1, -1)
         )
         assert one.outcome is other.outcome is CaptureOutcome.HOLDS
         assert_allclose(one.point.contact_length, other.point.contact_length, 1e-6)

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from unittest.mock import Mock
 
-import numpy as np
 import pytest
 from core.recorded import recorded
+from numpy import array, cross, eye, subtract
 from numpy.testing import assert_allclose
 
 from spiral_core import Closing, grip_cases, lay_into_coil, solve_cases
@@ -30,7 +31,9 @@ def test_an_interrupted_study_goes_on(monkeypatch, parallel):
     monkeypatch.setattr(grip, "solve_case", said)
     with ThreadPoolExecutor(2) as pool:
         outcomes = solve_cases(
-            *(CASES, pool if parallel else None, lambda *progress: seen.append(progress)),
+            CASES,
+            pool if parallel else None,
+            lambda *progress: seen.append(progress),
             known={1: GripOutcome("known")},
             keep=kept.__setitem__,
         )
@@ -39,28 +42,35 @@ def test_an_interrupted_study_goes_on(monkeypatch, parallel):
     assert seen == [(2, 4), (3, 4), (4, 4)]
 
 
+def test_a_study_that_fails_cancels_what_has_not_begun():
+    pool = Mock()
+    with pytest.raises(TypeError):
+        solve_cases(CASES, pool, keep=len)
+    assert pool.submit().cancel.called
+
+
 # Without friction they take each gripper's own or the default.
 CASES = grip_cases([PLAIN, replace(PLAIN, friction_coefficient=0.6)], [0.01, 0.02])
 
 
 def test_a_case_keeps_its_window_and_forces_and_a_refusal_its_reason():
     cases = grip_cases([PLAIN], [0.025, 0.06], [0.3], closing=SMOOTH)
-    recorded("study/outcomes", solve_cases(list(cases)))
+    recorded("study/outcomes", solve_cases(cases))
 
 
 @pytest.mark.parametrize("beside", [True, False])
 def test_an_object_moves_by_its_shift_and_tilt(beside):
     """Along the object, from the base square to it, and across both: its axis may meet the base."""
     setup = lay_into_coil(PLAIN, 0.025, closing=SMOOTH, elements=40)
-    place, axis = setup.obstacle.position if beside else (0.1 * setup.axis), setup.axis
+    place, axis = setup.obstacle.position if beside else 0.1 * setup.axis, setup.axis
     setup = replace(setup, obstacle=replace(setup.obstacle, position=tuple(place)))
     frame, shift, tilt = setup.frame, (0.002, 0.004, -0.003), (0.05, -0.02)
-    assert_allclose(frame @ frame.T, np.eye(3), atol=1e-12)
+    assert_allclose(frame @ frame.T, eye(3), atol=1e-12)
     assert_allclose(frame[0], axis)
     assert_allclose(frame[2] @ place, 0.0, atol=1e-12)
     assert (frame[1] @ place > 1e-3) == beside
-    there = setup.moved(np.array((*shift, *tilt)))
-    assert_allclose(frame @ np.subtract(there.obstacle.position, place), shift, atol=1e-12)
+    there = setup.moved(array((*shift, *tilt)))
+    assert_allclose(frame @ subtract(there.obstacle.position, place), shift, atol=1e-12)
     # Turned a little about the second and the third of these directions.
-    tipped = np.cross((0.0, *tilt), (1.0, 0.0, 0.0))
+    tipped = cross((0.0, *tilt), (1.0, 0.0, 0.0))
     assert_allclose(frame @ (there.axis - axis), tipped, atol=2e-3)

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from concurrent.futures import Executor
+from contextlib import closing
 from typing import Any
 
 Progress = Callable[[int, int], None]
@@ -16,8 +17,10 @@ def in_turn(
     executor: Executor | None = None,
     progress: Progress | None = None,
     before: int = 0,
-) -> Iterator[Any]:
+) -> Generator[Any, None, None]:
     """Yield a task's answer for each item, in their order.
+
+    What has not begun when the generator is closed, or fails, is canceled.
 
     Args:
         task: picklable, where the executor has processes.
@@ -31,11 +34,16 @@ def in_turn(
         [1, 2]
     """
     asked = list(items)
-    answers = (map if executor is None else executor.map)(task, asked)
-    for count, answer in enumerate(answers, start=before + 1):
-        yield answer
-        if progress is not None:
-            progress(count, before + len(asked))
+    jobs = [] if executor is None else [executor.submit(task, item) for item in asked]
+    answers = (job.result() for job in jobs) if jobs else map(task, asked)
+    try:
+        for count, answer in enumerate(answers, start=before + 1):
+            yield answer
+            if progress is not None:
+                progress(count, before + len(asked))
+    finally:
+        for job in jobs:
+            job.cancel()
 
 
 def resume(
@@ -53,7 +61,7 @@ def resume(
         task: see :func:`in_turn`.
         items: what it is asked, by key.
         known: answers by key, of an interrupted computation too.
-        keep: called with each new key and answer as soon as it is known.
+        keep: called with each new key and answer, in the order of the items.
         executor: see :func:`in_turn`.
         progress: see :func:`in_turn`; of the new answers.
         before: see :func:`in_turn`.
@@ -65,8 +73,8 @@ def resume(
         {'a': 1, 'b': 2}
     """
     missing = {key: item for key, item in items.items() if key not in known}
-    answers = in_turn(task, missing.values(), executor, progress, before)
-    for key, answer in zip(missing, answers, strict=True):
-        known[key] = answer
-        if keep is not None:
-            keep(key, answer)
+    with closing(in_turn(task, missing.values(), executor, progress, before)) as answers:
+        for key, answer in zip(missing, answers, strict=True):
+            known[key] = answer
+            if keep is not None:
+                keep(key, answer)
