@@ -91,29 +91,33 @@ class FreeActuation:
         path, pressure, end, limit = useful_branch(actuator)
         steps = TABLE_NODES - 1
         sizes = [end * (1.0 - (1.0 - k / steps) ** 2) for k in range(TABLE_NODES)]
-        steep = np.array([pressure.with_slope(size) for size in sizes])
-        if not np.isfinite(steep).all():
+        table = {size: pressure.with_slope(size) for size in sizes}
+        modulus = actuator.material.small_strain_modulus
+        if not all(map(math.isfinite, (modulus, *(value for value, _ in table.values())))):
             raise InvalidInputError(
                 "material", actuator.material, "a law that is finite as far as the fibers go"
             )
-        if not min(steep[0, 1], actuator.material.small_strain_modulus) > 0.0:
+        if not min(table[0.0][1], modulus) > 0.0:
             raise InvalidInputError(
                 "material", actuator.material, "a law whose pressure rises with the stretch at rest"
             )
-        peak = first_sign_change(lambda size: pressure.with_slope(size)[1], sizes)
+        peak = first_sign_change(
+            lambda size: (table.get(size) or pressure.with_slope(size))[1], sizes
+        )
         if peak is not None:
             limit = ActuationLimit.LIMIT_POINT
             sizes = [*(size for size in sizes if size < peak), peak]
-        table = [pressure.with_slope(size)[0] for size in sizes]
+            table[peak] = pressure.with_slope(peak)
+        pressures = [table[size][0] for size in sizes]
         for name, value in (
             ("stretch_limit", path.stretch_at(sizes[-1])),
-            ("pressure_limit", table[-1]),
+            ("pressure_limit", pressures[-1]),
             ("limit", limit),
             ("size_limit", sizes[-1]),
             ("path", path),
             ("pressure", pressure),
             ("_sizes", sizes),
-            ("_pressures", table),
+            ("_pressures", pressures),
         ):
             object.__setattr__(self, name, value)
 
