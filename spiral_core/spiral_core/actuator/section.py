@@ -109,14 +109,22 @@ FREE_ANGLES = 12
 DEPTHS = 6
 
 _THETA: Array = (np.arange(ANGLES, dtype=np.float64) + 0.5) * (np.pi / ANGLES)
-_COSINES = {
+_COSINES: dict[int, Array] = {
     count: np.cos((np.arange(count) + 0.5) * (np.pi / count)) for count in (ANGLES, FREE_ANGLES)
 }
 _ORDERS: Array = np.arange(1, ANGLES, dtype=np.float64)
 
 
+def _cosines(fibers: FiberSet) -> Array:
+    """Return the cosines of the angles at which a section of two families is evaluated.
+
+    Without single fibers one is enough: every point has the same strains.
+    """
+    return _COSINES[ANGLES][: ANGLES if fibers.half_spread is not None else 1]
+
+
 class Ring(NamedTuple):
-    """A section at (n,) far-side strains; fields around it are (n, ANGLES).
+    """A section at (n,) far-side strains; fields around it are (n, angles).
 
     Attributes:
         stretch_change: mean axial stretch of the centerline, minus 1.
@@ -164,7 +172,7 @@ def ring_at(
         facing: cosine of the angle between one single fiber and the plane of the coil; 1 unless the
             section is bent sideways.
     """
-    cosines = _COSINES[ANGLES if free is None else free.shape[1]]
+    cosines = _cosines(fibers) if free is None else _COSINES[free.shape[1]]
     tangent = fibers.single_slope
     turn = twist_change * (2.0 * tangent + twist_change)  # g^2 - T^2
     far = np.sqrt(1.0 + far_strain - turn)  # axial stretch of the far side
@@ -229,13 +237,14 @@ def invariant_excess(fibers: FiberSet, ring: Ring) -> tuple[Numbers, Numbers, Ar
     depths = np.sqrt(0.5 * (1.0 + inner) + 0.5 * (1.0 - inner) * nodes).tolist()
     layers = [_layer(fibers, ring, depth) for depth in depths]
     first, second = (np.concatenate(parts, axis=1) for parts in zip(*layers, strict=True))
-    return first, second, np.repeat(0.5 * weights / ANGLES, ANGLES)
+    count = ring.weight.shape[1]
+    return first, second, np.repeat(0.5 * weights / count, count)
 
 
 def _layer(fibers: FiberSet, ring: Ring, depth: float) -> tuple[Numbers, Numbers]:
     """Return I1 - 3 and I2 - 3 at one radius of an incompressible thick wall."""
     mean, hoop = 1.0 + ring.stretch_change[:, None], ring.hoop[:, None]
-    slant = ring.bend[:, None] / hoop * _COSINES[ANGLES]
+    slant = ring.bend[:, None] / hoop * _cosines(fibers)
     room = 0.5 * (depth * depth - 1.0) * ring.weight
     radius = depth * hoop + 0.0 * ring.weight  # deformed, over the wound fibers' radius at rest
     for _ in range(12):  # volume between this radius and the fibers' stays: Newton's method
