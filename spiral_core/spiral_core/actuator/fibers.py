@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from spiral_core.actuator.section import LEAST_VOLUME_SLOPE, FiberSet, family_slope
+from spiral_core.actuator.section import FiberSet, family_slope
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
 from spiral_core.message import Message, Quantity
 from spiral_core.rounding import rounded_up
@@ -201,7 +201,7 @@ def require_extending(fibers: FiberAngles) -> None:
         >>> require_extending(FiberAngles(alpha=math.radians(88.0), beta=math.radians(60.0)))
     """
     slope = initial_volume_slope(fibers)
-    if slope >= LEAST_VOLUME_SLOPE:
+    if slope > 0.0:
         return
     raise InvalidInputError(
         "fibers",

@@ -253,9 +253,10 @@ def useful_branch(actuator: Actuator) -> Branch:
         (1.9999, 'FIBER_LOCKING')
     """
     if actuator.pressure_law is PressureLaw.UNIFORM:
-        require_extending(actuator.fiber_pair)
         straight = actuator.without_single_fibers()
-        path, branch = section_path(straight.fiber_set), section_branch(straight)
+        path = section_path(straight.fiber_set)
+        require_extending(actuator.fiber_pair)
+        branch = section_branch(straight)
         # Short of what ends it by a part of the elongation, not of the strain.
         rise = path.stretch_at(branch.end / (1.0 - END_MARGIN)) - 1.0
         end = path.strain_from_stretch(1.0 + (1.0 - END_MARGIN) * rise)
