@@ -2,7 +2,7 @@
 r"""What a pressure law finds of an actuator: shapes and pressure over the size of its deformation.
 
 Both laws tabulate the actuator once, over a size x of its deformation that is 0 at rest: the far
-side's strain, or a measure of the elongation. With polynomials on panels
+side's strain. With polynomials on panels
 
 .. math:: P(x) = x \, \frac{W(x)}{V(x)}, \qquad \lambda_1 = 1 + x \, S(x), \qquad
     x \, W = \frac{V_t}{\pi a^2 L} \frac{du}{dx}, \quad V = \frac{dv}{dx}

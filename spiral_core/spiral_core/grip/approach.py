@@ -395,7 +395,7 @@ def find_approaches(
         executor: where; None computes here.
         progress: called with the number of results of a stage that are new, and that it needs.
         known: results of an interrupted search; they are not computed again.
-        keep: called with the key and the value of each new result as soon as it is known.
+        keep: called with the key and the value of each new result, in order.
 
     Returns:
         At most three approaches, the best first; none where no pose tried grips: the answer then

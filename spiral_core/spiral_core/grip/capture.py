@@ -282,7 +282,7 @@ def capture_region(
         progress: called with the number of directions done and the number there are, after each
             closing.
         known: outcomes of an interrupted search; they are not computed again.
-        keep: called with each new outcome as soon as it is known.
+        keep: called with each new outcome, those of one step in order.
 
     Raises:
         InvalidInputError: see :func:`close_misplaced`.

@@ -16,7 +16,7 @@ from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.grip.setup import Closing, GripSetup, hanging_tube
 from spiral_core.message import Message, Quantity
 from spiral_core.numerics.tasks import Progress
-from spiral_core.rod.contact.obstacles import turns_about
+from spiral_core.rod.contact.obstacles import seen_from
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import Array
@@ -122,7 +122,9 @@ class GripPoint:
         if touching.size < 2:
             return 0.0
         part = self.state.positions[touching[0] : touching[-1] + 1]
-        return abs(turns_about(self.setup.obstacle, part))
+        x, y, _ = seen_from(self.setup.obstacle, part).T
+        around = np.unwrap(np.arctan2(y, x))
+        return float(abs(around[-1] - around[0])) / math.tau
 
     @property
     def tip_gap(self) -> float:
