@@ -89,21 +89,23 @@ def test_the_example_wraps_and_releases(active):
 
 
 PROGRAM = """
+import atexit
 import rclpy
 from spiral_gripper_ros.client import SpiralGripper
 rclpy.init()
-with SpiralGripper({!r}) as gripper:
-    try:
-        gripper.wrap(0.02, timeout=600.0)
-        print(rclpy.ok(), flush=True)
-        gripper.wait(600.0)
-    finally:
-        gripper.release()
+gripper = SpiralGripper({!r})
+atexit.register(gripper.release)
+try:
+    gripper.wrap(0.02, timeout=600.0)
+    print(rclpy.ok(), flush=True)
+    gripper.wait(600.0)
+finally:
+    gripper.release()
 """
 
 
 @pytest.mark.usefixtures("slow")
-def test_after_ctrl_c_in_a_wait_the_finally_clause_can_release(active):
+def test_after_ctrl_c_in_a_wait_finally_clauses_and_exit_handlers_can_release(active):
     command = [sys.executable, "-c", PROGRAM.format(active.get_namespace())]
     with subprocess.Popen(command, stdout=PIPE, stderr=PIPE, text=True) as process:
         assert process.stdout.readline() == "True\n"

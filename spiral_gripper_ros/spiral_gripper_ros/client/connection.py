@@ -7,7 +7,8 @@ import itertools
 import os
 import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from queue import SimpleQueue
+from threading import Thread
 from typing import Any
 
 import rclpy
@@ -36,6 +37,8 @@ class Connection:
     It is spun in a thread of its own while its caller waits: Python's signal handlers run in the
     main thread, and a KeyboardInterrupt in the midst of rclpy's executor leaves entities behind
     that are never looked at again. Measured: after one Ctrl-C of 100 nothing was answered any more.
+    The thread serves exit handlers too, which those of :mod:`concurrent.futures` do not; its queues
+    are compiled code, which an interrupt cannot leave locked.
 
     If nobody has initialized rclpy, this does, in a context of its own, for as long as it is open.
 
@@ -66,18 +69,22 @@ class Connection:
         self.node = Node(name, namespace=namespace, context=self._own)
         self._executor = SingleThreadedExecutor(context=self._own)
         self._executor.add_node(self.node)
-        self._spinner = ThreadPoolExecutor(1, thread_name_prefix="spiral_gripper_client")
+        self._asked: SimpleQueue[tuple[float, SimpleQueue[BaseException | None]] | None]
+        self._asked = SimpleQueue()
+        self._spinner = Thread(target=self._spin, name="spiral_gripper_client", daemon=True)
+        self._spinner.start()
 
     def close(self) -> None:
         """Destroy the node; once is enough."""
         if self.closed:
             return
         self.closed = True
-        self._spinner.shutdown()
+        self._asked.put(None)
+        self._spinner.join()
         self._executor.shutdown()
         self.node.destroy_node()
         if self._own is not None:
-            rclpy.shutdown(context=self._own)
+            rclpy.try_shutdown(context=self._own)  # rclpy's Ctrl-C shuts down every context
 
     def spin_until(self, condition: Callable[[], bool], timeout: float) -> bool:
         """Handle what arrives until a condition holds; return whether it did in time [s]."""
@@ -89,12 +96,24 @@ class Connection:
             if not remaining > 0.0:
                 return False
             period = min(SPIN_PERIOD, remaining)
-            try:
-                self._spinner.submit(self._executor.spin_once, period).result()
-            except ExternalShutdownException:
+            done: SimpleQueue[BaseException | None] = SimpleQueue()
+            self._asked.put((period, done))
+            error = done.get()
+            if isinstance(error, ExternalShutdownException):
                 time.sleep(INTERRUPT_DELAY)
-                raise
+            if error is not None:
+                raise error
         return True
+
+    def _spin(self) -> None:
+        while (asked := self._asked.get()) is not None:
+            period, done = asked
+            try:
+                self._executor.spin_once(period)
+            except BaseException as error:
+                done.put(error)
+            else:
+                done.put(None)
 
     def require(self, condition: Callable[[], bool]) -> None:
         """Handle what arrives until a condition holds; raise what is missing if it does not."""
