@@ -116,13 +116,16 @@ class GoalServer:
             report, result = await run.end
         finally:
             del self.runs[id(handle)]
-        if report.outcome is GraspOutcome.FAILED:
+        outcome = report.outcome
+        if outcome is GraspOutcome.CANCELED and not handle.is_cancel_requested:
+            outcome = GraspOutcome.FAILED  # refused because an earlier goal was canceled
+        if outcome is GraspOutcome.FAILED:
             self.node.get_logger().warning(f"{self._name}: {report.refusal.text}")
         ends: dict[GraspOutcome, Callable[[], None]] = {
             GraspOutcome.SUCCEEDED: handle.succeed,
             GraspOutcome.CANCELED: handle.canceled,
         }
-        ends.get(report.outcome, handle.abort)()
+        ends.get(outcome, handle.abort)()
         return result
 
     def _start(self, run: _Run) -> None:
