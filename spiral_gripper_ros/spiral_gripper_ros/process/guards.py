@@ -97,7 +97,7 @@ def _answer(
     request: Any,  # noqa: ANN401
     response: Any,  # noqa: ANN401
 ) -> Any:  # noqa: ANN401
-    is_list = hasattr(response, "results")
+    is_list = hasattr(response, "results") and hasattr(request, "parameters")
     sets = is_list or isinstance(getattr(response, "result", None), SetParametersResult)
     try:
         for parameter in request.parameters if sets else ():  # all are read before one is set
