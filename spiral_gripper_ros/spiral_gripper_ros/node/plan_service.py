@@ -113,7 +113,7 @@ class PlanAnswers:
         overpressure, length = known(request.overpressure), known(asked.length)
         payload, planner = known(asked.payload), self._planner(asked)
         if planner.error is not None:
-            raise planner.error
+            raise planner.error.with_traceback(None)
         answer.radius_range = planner.radius_range
         plan = planner.plan(radius, by_tip=request.compute_grip)
         needed = plan.wrap.object_length_needed or 0.0

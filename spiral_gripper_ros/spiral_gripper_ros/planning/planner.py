@@ -48,7 +48,7 @@ class GripperPlanner:
     def curve(self) -> WrapCurve:
         """The wraps of all radii."""
         if self.error is not None:
-            raise self.error
+            raise self.error.with_traceback(None)  # else that would grow each time
         return self._curve
 
     @property
@@ -82,7 +82,7 @@ class GripperPlanner:
             found = self.grips.found(InUse(radius), self.gravity)
             table = self.grips.table(self.gravity)
             if isinstance(found, NotGrippableError) and not by_tip:
-                raise found
+                raise found.with_traceback(None)
             is_solved = by_tip or isinstance(found, GripCurve)
             if table is not None and not is_solved and table.is_not_held(radius):
                 reason = "the table of grips has no pressure that wraps it"
