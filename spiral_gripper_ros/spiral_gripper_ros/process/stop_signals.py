@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 import signal
-from pathlib import Path
 from types import FrameType
 
 # Ctrl-C, a manager's stop, a terminal or ssh session that is closed, Ctrl-\\.
@@ -28,8 +27,13 @@ class Parent:
 
     def __init__(self) -> None:
         self._id = os.getppid()
-        started_by = os.environ.get(STARTED_BY, "")
-        self._came_too_late = started_by.isdecimal() and not Path("/proc", started_by).exists()
+        self._came_too_late = False
+        try:  # /proc may hide the processes of other users
+            os.kill(int(os.environ.get(STARTED_BY, "")), 0)
+        except ProcessLookupError:
+            self._came_too_late = True
+        except (ValueError, OverflowError, PermissionError):
+            pass  # none is stated; no process of this machine; one of another user
 
     @property
     def has_gone(self) -> bool:
