@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -31,7 +32,7 @@ class ControlClock:
         self._errors = errors
         self.clock = STEADY
         self._guarded: list[Any] = []
-        self._steps = MonotonicClock()
+        self._steps, self._lock = MonotonicClock(), threading.Lock()
         self._last = 0.0
         self._moved_at = 0.0
 
@@ -56,8 +57,12 @@ class ControlClock:
         return self.clock is not STEADY
 
     def now(self) -> float:
-        """Return the time [s], which never runs backwards: a reset simulation lets none pass."""
-        return self._steps.advance(_seconds(self.clock))
+        """Return the time [s], which never runs backwards: a reset simulation lets none pass.
+
+        Threads of the background may ask too.
+        """
+        with self._lock:
+            return self._steps.advance(_seconds(self.clock))
 
     def standstill(self) -> float:
         """Return for how long this has been found to return the same time [s of real time]."""
