@@ -65,7 +65,7 @@ def kill(worker):
 @pytest.mark.parametrize(
     ("before", "question", "why", "lives"),
     [
-        (Worker, (design, LONG, 1.0), "not done within 1 s of processor time", True),
+        (Worker, (design, LONG, 3.0), "not done within 3 s of processor time", True),
         (Worker.end, (os.getpid,), "no answer: the node has ended", False),
         (end_soon, (stuck,), "no answer: canceled", False),
         (kill, (time.sleep, 5.0), "no answer: its process was killed", True),
