@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
 from functools import cache
 from math import inf, radians
 from unittest.mock import Mock
@@ -33,8 +34,13 @@ def hanging():
 
 def region_of(rule, **options):
     """Return the region of a rule: what closing on a misplaced object ends in."""
-    pool = Mock(submit=lambda _, place: Mock(result=lambda: rule(array(place))))
-    return capture_region(hanging(), PRESSURE, executor=pool, **options)
+
+    def submit(_, place):
+        job = Future()
+        job.set_result(rule(array(place)))
+        return job
+
+    return capture_region(hanging(), PRESSURE, executor=Mock(submit=submit), **options)
 
 
 SEMI_AXES = (0.011, 0.006, 12.3 * DEGREE, 7.7 * DEGREE, 0.0023)

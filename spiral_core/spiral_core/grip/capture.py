@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator, Mapping, Sequence
-from concurrent.futures import Executor
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -25,7 +25,7 @@ from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.places import FARTHEST_SHIFT
 from spiral_core.grip.setup import GripSetup, hanging_tube
 from spiral_core.grip.window import GripPoint, raised
-from spiral_core.numerics.tasks import Progress, resume
+from spiral_core.numerics.tasks import Progress
 from spiral_core.rod.contact.shapes import Cylinder
 from spiral_core.rod.state import RodStatus
 from spiral_core.rod.types import Array
@@ -282,7 +282,7 @@ def capture_region(
         progress: called with the number of directions done and the number there are, after each
             closing.
         known: outcomes of an interrupted search; they are not computed again.
-        keep: called with each new outcome, those of one step in order.
+        keep: called with each new outcome as soon as it is known.
 
     Raises:
         InvalidInputError: see :func:`close_misplaced`.
@@ -496,27 +496,51 @@ class _Closings:
         keep: Callable[[Misplacement, CaptureOutcome], None] | None,
         known: Mapping[Misplacement, CaptureOutcome] | None,
     ) -> None:
-        self._task, self._executor, self._progress, self._keep = task, executor, progress, keep
+        self._task, self._executor = task, executor
+        self._progress = progress or (lambda *_: None)
+        self._keep = keep or (lambda *_: None)
         self._known = dict(known or {})
         self._done, self.total = 0, 1
         self.used: set[Misplacement] = set()
 
     def solve(self, searches: Sequence[Search]) -> list[Any]:
-        """Return the answers of searches, in their order; all go on at once, step by step."""
+        """Return the answers of searches, in their order; none waits for another."""
         said: list[Any] = [next(search) for search in searches]
-        while going := [n for n, place in enumerate(said) if isinstance(place, tuple)]:
-            wanted = {said[n]: said[n] for n in going}
-            self.used.update(wanted)
-            told = partial(self._told, self._done + len(said) - len(going))
-            resume(self._task, wanted, self._known, self._keep, self._executor, told)
-            for n in going:
-                said[n] = searches[n].send(self._known[said[n]])
+        running: dict[Future[CaptureOutcome], Misplacement] = {}
+        try:
+            while waiting := self._go_on(searches, said):
+                new = [place for place in waiting if place not in running.values()]
+                for place in new[: None if self._executor else 1]:
+                    running[self._closing(place)] = place
+                for job in wait(running, return_when=FIRST_COMPLETED).done:
+                    place = running.pop(job)
+                    self._known[place] = outcome = job.result()
+                    self._keep(place, outcome)
+                    open_ones = sum(isinstance(each, tuple) for each in said)
+                    self._progress(self._done + len(said) - open_ones, self.total)
+        finally:
+            for job in running:
+                job.cancel()
         self._done += len(said)
         return said
 
-    def _told(self, done: int, *_: int) -> None:
-        if self._progress is not None:
-            self._progress(done, self.total)
+    def _go_on(self, searches: Sequence[Search], said: list[Any]) -> list[Misplacement]:
+        """Go on with searches as far as outcomes are known; return the places they wait for."""
+        for number, search in enumerate(searches):
+            while isinstance(said[number], tuple):
+                self.used.add(said[number])
+                if said[number] not in self._known:
+                    break
+                said[number] = search.send(self._known[said[number]])
+        return list(dict.fromkeys(place for place in said if isinstance(place, tuple)))
+
+    def _closing(self, place: Misplacement) -> Future[CaptureOutcome]:
+        """Close on a misplaced object, on the executor or here."""
+        if self._executor is not None:
+            return self._executor.submit(self._task, place)
+        here = Future[CaptureOutcome]()
+        here.set_result(self._task(place))
+        return here
 
 
 def _outcome(
