@@ -12,8 +12,17 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
-from spiral_core import FreeActuation, MooneyRivlin, WrapCurve, stiffness_from_actuator
+from spiral_core import (
+    FreeActuation,
+    MooneyRivlin,
+    WrapCurve,
+    grip_window,
+    lay_into_coil,
+    stiffness_from_actuator,
+)
+from spiral_core.grip.window import sharp_onset
 from spiral_gripper import load_description
 
 FOLDER = Path(__file__).parent / "data"
@@ -28,6 +37,11 @@ gripper = replace(
     described.gripper, actuation=finished, stiffness=stiffness_from_actuator(finished.actuator)
 )
 curve = WrapCurve(gripper)
+radii = [0.029, 0.025, 0.021, 0.017, 0.014, 0.011]  # of cylinders [m]
+onsets = [
+    sharp_onset(grip_window(lay_into_coil(gripper, radius), until_wrapped=True)) for radius in radii
+]
+touched = CubicSpline(onsets, radii)
 
 
 def measured(kind: str, pressure: float) -> list[float]:
@@ -42,7 +56,7 @@ def measured(kind: str, pressure: float) -> list[float]:
         return [math.degrees(bent.curvature * bent.backbone_length)]
     if kind == "position":  # of the tip of the hanging gripper, in the base frame
         return [1e3 * float(x) for x in curve.state_at_pressure(pressure).tip_position]
-    return [1e3 * curve.wrap_at_pressure(pressure).object_radius]
+    return [1e3 * float(touched(pressure))]  # of the cylinder that the tip just touches
 
 
 # Kind of test: its columns, the standard error in their unit, the lowest pressure [psi].
@@ -51,7 +65,7 @@ TESTS = {
     "twist": ("twist [deg]", 1.0, 2),
     "bend_angle": ("bend_angle [deg]", 5.0, 2),
     "position": ("x [mm],y [mm],z [mm]", 1.5, 2),
-    "object_radius": ("object_radius [mm]", 0.5, 8),
+    "object_radius": ("object_radius [mm]", 0.5, 10),
 }
 
 

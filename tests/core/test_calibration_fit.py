@@ -38,9 +38,12 @@ from spiral_core import (
     ShapeReading,
     WrapCurve,
     Yeoh,
+    grip_window,
     gripper_from_actuator,
+    lay_into_coil,
 )
 from spiral_core.calibration.model import effective_errors
+from spiral_core.grip.window import sharp_onset
 
 SECTION = {"pressure_law": PressureLaw.SECTION}
 FIBER = {"straight_fiber_radius": 5.3e-3}
@@ -79,28 +82,30 @@ def test_exact_readings_give_back_what_they_are_of():
 
 
 def test_shapes_tell_stiffnesses_and_grips_the_constant():
-    stiffness = {"bending": 4.0e-4, "torsional": 2.5e-4}
+    known = {"bending_stiffness": 4.0e-4, "torsional_stiffness": 2.5e-4}
     truth = replace(
         gripper_from_actuator("truth", spiral(NeoHookean(145.0e3)), density=950.0),
         pressure_max=90.0e3,
-        stiffness=Section.inextensible(**stiffness),
+        stiffness=Section.inextensible(*known.values()),
     )
-    own, curve, readings = truth.actuation.actuator, WrapCurve(truth), []
+    own, readings = truth.actuation.actuator, []
     for pressure in (30.0e3, 60.0e3):
-        state = curve.state_at_pressure(pressure)
-        for node, at in ((len(state.positions) // 2, state.arc_lengths), (-1, {-1: None})):
-            position = tuple(state.positions[node].tolist())
-            readings.append(ShapeReading(pressure, position, at[node], 1.0e-3))
-    quantities = (FittedQuantity.BENDING_STIFFNESS, FittedQuantity.TORSIONAL_STIFFNESS)
-    fit = fitted(own, readings, quantities=quantities, gripper=truth)
+        state = WrapCurve(truth).state_at_pressure(pressure)
+        for node, at in ((30, state.arc_lengths[30]), (-1, None)):
+            readings.append(ShapeReading(pressure, tuple(state.positions[node]), at, 1.0e-3))
+    fit = fitted(own, readings, quantities=tuple(FittedQuantity)[:2], gripper=truth)
     # Two rods with other numbers of elements: the discretization's 1e-5 of the length shows.
-    assert_allclose(fit.values, [145.0e3, *stiffness.values()], 2e-3)
+    assert_allclose(fit.values, [145.0e3, *known.values()], 2e-3)
     assert fit.gripper.stiffness == fit.stiffness
-    grips = [GripReading(curve.pressure_from_radius(r), r, 1.0e-4) for r in (0.012, 0.018, 0.025)]
-    known = {f"{name}_stiffness": value for name, value in stiffness.items()}
-    # A radius depends on the rod's discretization by about 1e-5.
+    grips = [GripReading(40.0e3, 0.05, 1.0)]  # too thick to be wrapped, and hardly known
+    grips += [
+        GripReading(sharp_onset(grip_window(lay_into_coil(truth, r), until_wrapped=True)), r, 1e-4)
+        for r in (0.012, 0.025)
+    ]
+    # An onset depends on the rod's discretization by about 1e-5.
     fit = fitted(start_from(own), grips, gripper=truth, **known)
-    assert_allclose(fit.value("c1"), 145.0e3, 1e-3)
+    assert_allclose(fit.values, 145.0e3, 1e-4)
+    assert fit.readings[0].contact_shift == 0.0
 
 
 def test_stated_errors_only_weigh_readings_against_each_other():

@@ -21,7 +21,7 @@ CORE_FOLDERS = {
     "wrap": {"", "numerics", "actuator", "rod"},
     "grip": {"", "numerics", "actuator", "rod", "rod.contact", "rod.motion", "wrap"},
     "design": {"", "numerics", "actuator", "rod", "wrap", "grip"},
-    "calibration": {"", "numerics", "actuator", "rod", "rod.motion", "wrap"},
+    "calibration": {"", "numerics", "actuator", "rod", "rod.motion", "wrap", "grip"},
 }
 # The same for spiral_gripper; "" holds its public names.
 EDGE_FOLDERS = {

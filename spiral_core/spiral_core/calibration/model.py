@@ -3,7 +3,8 @@ r"""The model of a calibration: parameters, what readings they predict, and wher
 
 Straight sections and bend angles follow from the stretch alone: extension
 :math:`(\lambda_1 - 1) L`, twist :math:`\omega L / r`, bend angle :math:`\kappa` times the length of
-the backbone. Shapes and grips are those of the mounted gripper under its weight.
+the backbone. Shapes and grips are those of the mounted gripper under its weight; grips are those of
+the free coil, shifted by what contact changes (:func:`with_contact`).
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
@@ -30,8 +32,11 @@ from spiral_core.calibration.readings import (
     ShapeReading,
     TwistReading,
 )
-from spiral_core.errors import ActuationLimitError, InvalidInputError
+from spiral_core.errors import ActuationLimitError, InvalidInputError, SpiralError
+from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.window import grip_window, sharp_onset
 from spiral_core.message import Message, Quantity
+from spiral_core.numerics.tasks import Progress
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array, Section
@@ -363,8 +368,56 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
         if isinstance(reading, ShapeReading):
             found += _position(*mounted[pressure], reading.arc_length)
         else:
-            found.append(wrapped_radius(*mounted[pressure])[0])
+            radius, _ = wrapped_radius(*mounted[pressure])
+            found.append(radius + (reading.contact_shift or 0.0))
     return np.array(found, dtype=np.float64)
+
+
+# Onsets of contact are looked for up to this many times the highest pressure read: those of a
+# fitted gripper lie nearer, and its own limit may lie right above the readings.
+ONSET_MAX = 1.25
+
+
+def with_contact(
+    trial: Trial, readings: Sequence[Reading], progress: Progress | None = None
+) -> tuple[Reading, ...]:
+    r"""Return readings with what contact changes in the radius of each touched cylinder.
+
+    The tip touches a cylinder of radius R at the onset :math:`P_c(R)` of the wrap by contact, where
+    the free coil is still wider. With the difference of the two radii, the contact shift,
+
+    .. math:: r(P) = r_w(P) + R - r_w(P_c(R))
+
+    is R at the onset, and near it has the slopes of :math:`r_w` over pressure and parameters: the
+    shift hardly depends on them, and without weight not at all on a factor on the law's constants.
+
+    Args:
+        trial: the parameters' choice.
+        readings: what was measured; a shift that is given stays.
+        progress: called with the number of cylinders done and the number there are, after each;
+            one takes about a second.
+
+    Returns:
+        The readings themselves where nothing is touched. The shift of a cylinder that this gripper
+        does not wrap by contact is 0: it is compared by the tip criterion.
+    """
+    grips = [one for one in readings if isinstance(one, GripReading) and one.contact_shift is None]
+    if trial.gripper is None or not grips:
+        return tuple(readings)
+    highest = ONSET_MAX * max(one.pressure for one in grips)
+    gripper = replace(trial.gripper, pressure_max=min(highest, trial.actuation.pressure_limit))
+    shifts = dict.fromkeys((one.object_radius for one in grips), 0.0)
+    for count, radius in enumerate(shifts, start=1):
+        with suppress(SpiralError):
+            onset = sharp_onset(grip_window(lay_into_coil(gripper, radius), until_wrapped=True))
+            (free,) = predict(trial, [GripReading(onset, radius, radius)]).tolist()
+            shifts[radius] = radius - free
+        if progress is not None:
+            progress(count, len(shifts))
+    touched: dict[Reading, Reading] = {
+        one: replace(one, contact_shift=shifts[one.object_radius]) for one in grips
+    }
+    return tuple(touched.get(one, one) for one in readings)
 
 
 def _position(

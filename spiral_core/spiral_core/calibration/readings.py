@@ -9,7 +9,7 @@ pressure's. The errors are weights: a fit estimates their common scale from its 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any, ClassVar, TypeAlias
 
@@ -34,6 +34,7 @@ _CHECKS: dict[str, Callable[[str, Any], object]] = {
     "object_radius": require_positive,
     "section_length": require_positive,
     "arc_length": require_positive,
+    "contact_shift": require_finite,
     "error": require_positive,
     "pressure_error": require_non_negative,
 }
@@ -63,12 +64,12 @@ class _Reading:
     quantity: ClassVar[str]
 
     def __post_init__(self) -> None:
-        for field in fields(self):  # type: ignore[arg-type]  # of the dataclass that inherits
-            value = getattr(self, field.name)
-            if (field.name, value) == ("arc_length", None):
+        for each in fields(self):  # type: ignore[arg-type]  # of the dataclass that inherits
+            value = getattr(self, each.name)
+            if each.name in ("arc_length", "contact_shift") and value is None:
                 continue
-            _CHECKS[field.name](field.name, value)
-            require_size(field.name, *(value if field.name == "position" else (value,)))
+            _CHECKS[each.name](each.name, value)
+            require_size(each.name, *(value if each.name == "position" else (value,)))
 
     @property
     def measured(self) -> tuple[float, ...]:
@@ -197,16 +198,20 @@ class ShapeReading(_Reading):
 
 @dataclass(frozen=True, slots=True)
 class GripReading(_Reading):
-    """Pressure at which a mounted gripper wraps a cylinder perfectly: its whole length touches.
+    """Lowest pressure at which the tip of a mounted gripper touches the cylinder that it wraps.
 
-    The radius is the response that is compared; a stated error of the pressure counts through the
-    slope of the radius over the pressure.
+    The cylinder lies where the free coil would wrap it, as :func:`spiral_core.lay_into_coil` has
+    it. The radius is the response that is compared; a stated error of the pressure counts through
+    the slope of the radius over the pressure.
 
     Args:
         pressure: gauge pressure [Pa], > 0.
         object_radius: radius of the cylinder [m], > 0.
         error: standard error of ``object_radius`` [m], > 0.
         pressure_error: standard error of ``pressure`` [Pa], >= 0.
+        contact_shift: radius of the cylinder minus that of the free coil when the tip touches [m];
+            None: a fit computes it (:func:`spiral_core.calibration.model.with_contact`). 0 is a
+            radius of the free coil, by the tip criterion.
 
     Raises:
         InvalidInputError: a value is out of its range.
@@ -220,6 +225,7 @@ class GripReading(_Reading):
     object_radius: float
     error: float
     pressure_error: float = 0.0
+    contact_shift: float | None = field(default=None, compare=False)
 
     quantity: ClassVar[str] = "object_radius"
 

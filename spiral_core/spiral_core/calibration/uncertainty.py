@@ -100,8 +100,9 @@ def rival_fits(
         compared: fits of other laws to the same readings.
 
     Returns:
-        The same law with the other form of the curvature, and those of ``compared``, whose AICc is
-        less than :data:`RIVAL_MAX` higher. Without enough readings for AICc, all of them.
+        The same law with the other form of the curvature and the fit's contact shifts, and those of
+        ``compared``, whose AICc is less than :data:`RIVAL_MAX` higher. Without enough readings for
+        AICc, all of them.
     """
     rivals = [one for one in compared if one is not calibration]
     (form,) = set(CurvatureForm) - {calibration.actuator.curvature_form}

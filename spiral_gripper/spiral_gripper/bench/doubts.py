@@ -52,6 +52,15 @@ def copy_warnings(measurements: Sequence[Measurements]) -> list[str]:
     return [f"copies of other readings: {', '.join(copies)}; {advice}"] if copies else []
 
 
+def contact_warnings(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
+    """Return a warning that names the cylinders that are not wrapped by contact, if any are."""
+    found = zip(_places(measurements), calibration.readings, strict=True)
+    places = [place for place, one in found if getattr(one, "contact_shift", None) == 0.0]
+    advice = "its radius is compared by the tip criterion, some percent off: leave it out"
+    reason = "the fitted gripper does not wrap this cylinder by contact"
+    return [f"{', '.join(places)}: {reason}; {advice}"] if places else []
+
+
 def rival_warnings(results: Sequence[RadiusPressure]) -> list[str]:
     """Return a warning for each law that the readings allow, and that predicts otherwise."""
     found = []

@@ -34,7 +34,9 @@ from spiral_core.calibration.uncertainty import (
     pressure_uncertainty_by_draws,
     rival_fits,
 )
+from spiral_core.numerics.tasks import Progress
 from spiral_gripper.bench.doubts import (
+    contact_warnings,
     copy_warnings,
     outlier_warnings,
     rival_warnings,
@@ -144,6 +146,7 @@ def calibrate_gripper(
     description: GripperDescription,
     measurements: Sequence[Measurements],
     options: CalibrationOptions,
+    progress: Progress | None = None,
 ) -> CalibrationResult:
     """Calibrate a gripper and judge the result.
 
@@ -151,17 +154,19 @@ def calibrate_gripper(
         description: the gripper.
         measurements: the readings.
         options: what to fit and to report.
+        progress: see :func:`spiral_core.calibrate`.
 
     Raises:
         SpiralError: there is no fit.
     """
-    choice = run_calibration(description, measurements, options)
+    choice = run_calibration(description, measurements, options, progress)
     best = choice.best
     warnings = [
         *warnings_of(best),
         *_modulus_warnings(description, best, measurements),
         *outlier_warnings(best, measurements),
         *copy_warnings(measurements),
+        *contact_warnings(best, measurements),
     ]
     own = law_name(type(description.actuator.material))
     if not options.laws and best.model.fitted_law is not LAWS[own]:
@@ -207,6 +212,7 @@ def run_calibration(
     description: GripperDescription,
     measurements: Sequence[Measurements],
     options: CalibrationOptions | None = None,
+    progress: Progress | None = None,
 ) -> LawChoice:
     """Return the fits of each requested law, the best first.
 
@@ -214,6 +220,7 @@ def run_calibration(
         description: the gripper as it is described, whose constants are to start from.
         measurements: the readings, of one or more files.
         options: what to fit.
+        progress: see :func:`spiral_core.calibrate`.
 
     Raises:
         TableError: the readings look as if they were in other units than stated.
@@ -231,7 +238,7 @@ def run_calibration(
     def outcome(law: str) -> Outcome:
         try:
             model = calibration_model(description, law, options)
-            return calibrate(model, readings, robust=options.robust)
+            return calibrate(model, readings, robust=options.robust, progress=progress)
         except SpiralError as error:
             return (law, error)
 

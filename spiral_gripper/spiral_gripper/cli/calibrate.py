@@ -162,8 +162,8 @@ def calibrate(
     from spiral_gripper.bench.run import calibrate_gripper
     from spiral_gripper.reports.fields import document_of, rows_of
 
-    with progress_bar("fitting"):
-        result = calibrate_gripper(description, measurements, stated)
+    with progress_bar("fitting") as progress:
+        result = calibrate_gripper(description, measurements, stated, progress)
     typed_values = click.get_current_context().obj or {}
     # Radii that cannot be gripped do not stop the rest.
     refusals = [error_text(error, typed_values) for error in result.refusals]
