@@ -54,8 +54,12 @@ def copy_warnings(measurements: Sequence[Measurements]) -> list[str]:
 
 def contact_warnings(calibration: Calibration, measurements: Sequence[Measurements]) -> list[str]:
     """Return a warning that names the cylinders that are not wrapped by contact, if any are."""
-    found = zip(_places(measurements), calibration.readings, strict=True)
-    places = [place for place, one in found if getattr(one, "contact_shift", None) == 0.0]
+    all_places, left_out = _places(measurements), calibration.excluded
+    places = [
+        all_places[k]
+        for k, one in enumerate(calibration.readings)
+        if getattr(one, "contact_shift", None) == 0.0 and k not in left_out
+    ]
     advice = "its radius is compared by the tip criterion, some percent off: leave it out"
     reason = "the fitted gripper does not wrap this cylinder by contact"
     return [f"{', '.join(places)}: {reason}; {advice}"] if places else []
