@@ -25,11 +25,11 @@ LEFT_OUT = {
 
 
 def said(ask, *given):
-    """Return a call's answer, or its error in words."""
+    """Return a call's answer, or its error in words, without the iterations of a solver."""
     try:
         return ask(*given)
     except SpiralError as error:
-        return f"{type(error).__name__}: {error}"
+        return f"{type(error).__name__}: {error}".split(" (residual")[0]
 
 
 def told(value, at=""):
