@@ -247,6 +247,9 @@ def run_calibration(
     if not options.laws and laws != (SIMPLEST_LAW,) and _is_undecided(outcomes[0]):
         outcomes.append(outcome(SIMPLEST_LAW))
     if all(isinstance(one, tuple) for one in outcomes):
+        problems = [cell for one in measurements for cell in _mix_ups(trial, one, fitted=False)]
+        if problems and not options.accept_implausible:
+            raise TableError(problems)
         raise outcomes[0][1]  # type: ignore[index]
     return choose_law(outcomes)
 
@@ -332,11 +335,16 @@ def calibration_model(
         raise InvalidInputError("--hold", error.value, error.requirement) from None
 
 
-def _mix_ups(trial: Trial, measurements: Measurements) -> list[BadCell]:
-    """Return the readings that no elastomer gives, but a mix-up of units does."""
+def _mix_ups(trial: Trial, measurements: Measurements, *, fitted: bool = True) -> list[BadCell]:
+    """Return the readings that no elastomer gives, but a mix-up of units does.
+
+    Where none was fitted, none gives them.
+    """
     problems = []
     for readings in _by_kind(measurements.readings):
-        if discrepancy(trial, readings, 1.0, 1.0) < EXPLAINED or needed_modulus(trial, readings):
+        if discrepancy(trial, readings, 1.0, 1.0) < EXPLAINED:
+            continue
+        if fitted and needed_modulus(trial, readings):
             continue
         names = possible_mix_ups(trial, readings, measurements.units)
         if not names:
