@@ -207,7 +207,8 @@ def _first_orientations(start: object, arcs: Array) -> Array:
     if start is None:
         return np.empty((len(arcs), 4))
     q, before = checked_start(start)
-    return q if before is arcs else _resampled(q, before, arcs)
+    alike = len(before) == len(arcs) and bool((before == arcs).all())
+    return q if alike else _resampled(q, before, arcs)
 
 
 def checked_start(start: object) -> tuple[Array, Array]:
