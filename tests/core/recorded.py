@@ -6,6 +6,7 @@ it. Why a figure is right is asked elsewhere: closed forms, references, invarian
 """
 
 import json
+import re
 from enum import Enum
 from numbers import Real
 from pathlib import Path
@@ -25,11 +26,11 @@ LEFT_OUT = {
 
 
 def said(ask, *given):
-    """Return a call's answer, or its error in words, without the iterations of a solver."""
+    """Return a call's answer, or its error in words, without a solver's iterations."""
     try:
         return ask(*given)
     except SpiralError as error:
-        return f"{type(error).__name__}: {error}".split(" (residual")[0]
+        return re.sub(r", \d+ iterations", "", f"{type(error).__name__}: {error}")
 
 
 def told(value, at=""):
