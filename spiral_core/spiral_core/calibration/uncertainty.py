@@ -9,7 +9,8 @@ Linear propagation takes the slopes of the pressure over the parameters,
 Monte Carlo draws parameters from their joint distribution and asks each gripper. Both carry the
 fitted parameters' uncertainty, not that of the radius. Where the readings cannot tell the fitted
 law from another one, the interval covers the other's too: the other form of the curvature, and the
-laws that it was compared with.
+laws that it was compared with. Both are of the tip criterion; :func:`wrapped_from` carries them to
+the onset of the wrap by contact.
 """
 
 from __future__ import annotations
@@ -28,6 +29,9 @@ from spiral_core.brief import brief_repr
 from spiral_core.calibration.fit import Calibration, calibrate
 from spiral_core.calibration.regression import DEFAULT_LEVEL, Interval, Scatter, slope
 from spiral_core.errors import InvalidInputError, SpiralError
+from spiral_core.grip.places import not_held
+from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.window import grip_window
 from spiral_core.message import Message, Quantity
 from spiral_core.numerics.tasks import in_turn
 from spiral_core.rod.solve import solve_rod
@@ -70,7 +74,8 @@ class RadiusPressure:
 
     Attributes:
         radius: of the object [m].
-        pressure: of the perfect wrap with the fitted values [Pa].
+        pressure: of the perfect wrap with the fitted values [Pa]: the tip criterion's, or the onset
+            by contact of :func:`wrapped_from`.
         standard_error: of the pressure, from the fitted law alone [Pa].
         interval: confidence interval of the pressure [Pa]; it covers those of ``rivals``.
         own_interval: that of the fitted law alone [Pa].
@@ -235,6 +240,41 @@ def pressure_uncertainty_by_draws(
         found.append(_of_constants(*map(float, row)))
     rivals = rival_fits(calibration) if rivals is None else rivals
     return tuple(_widened(one, rivals, level) for one in found)
+
+
+def wrapped_from(calibration: Calibration, found: RadiusPressure) -> RadiusPressure:
+    """Return the onset of the wrap by contact with its uncertainty, from the tip criterion's.
+
+    All pressures are scaled alike: the ratio of the two hardly depends on the constants.
+
+    Args:
+        calibration: a fit whose model holds a gripper.
+        found: of :func:`pressure_uncertainty` for this calibration.
+
+    Raises:
+        NotGrippableError: no pressure wraps the object.
+        SolverError: a state could not be certified.
+    """
+    gripper = _curve(calibration, calibration.values).gripper
+    window = grip_window(lay_into_coil(gripper, found.radius), until_wrapped=True)
+    if window.onset_wrap is None:
+        raise not_held(window)
+    ratio = window.onset_wrap / found.pressure
+
+    def scaled(interval: Interval) -> Interval:
+        return Interval(ratio * interval.low, ratio * interval.high)
+
+    return replace(
+        found,
+        pressure=window.onset_wrap,
+        standard_error=ratio * found.standard_error,
+        interval=scaled(found.interval),
+        own_interval=scaled(found.own_interval),
+        rivals=tuple(
+            replace(one, pressure=ratio * one.pressure, interval=scaled(one.interval))
+            for one in found.rivals
+        ),
+    )
 
 
 def _curve(calibration: Calibration, values: Array) -> WrapCurve:

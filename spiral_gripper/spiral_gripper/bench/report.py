@@ -45,12 +45,12 @@ def interval_text(
 
 
 def radius_rows(result: CalibrationResult) -> Rows:
-    """Return the pressure for each radius with its uncertainty."""
+    """Return the pressure that wraps each radius with its uncertainty."""
     rows = []
     for one in result.pressures:
         text = interval_text(one.pressure, one.interval, "Pa", result.level)
         failed = f" ({one.failed_draws:.0%} of draws cannot grip it)" if one.failed_draws else ""
-        rows.append((shown(one.radius, "m"), f"{text}{failed}"))
+        rows.append((shown(one.radius, "m"), f"wrapped from {text}{failed}"))
     return rows
 
 

@@ -33,6 +33,7 @@ from spiral_core.calibration.uncertainty import (
     RadiusPressure,
     pressure_uncertainty_by_draws,
     rival_fits,
+    wrapped_from,
 )
 from spiral_core.numerics.tasks import Progress
 from spiral_gripper.bench.doubts import (
@@ -83,7 +84,7 @@ class CalibrationResult:
         choice: the fits, the best first.
         cross_validation: leave-one-out errors of the best; None if there are too few readings.
         warnings: reasons to doubt the fit, a sentence each.
-        pressures: the pressure for each radius that can be gripped.
+        pressures: from which each radius is wrapped by contact.
         refusals: why another radius cannot, a sentence each.
         level: confidence level of the intervals, in (0, 1).
     """
@@ -283,14 +284,16 @@ def _pressure(
     options: CalibrationOptions,
     rivals: Sequence[Calibration],
 ) -> RadiusPressure | SpiralError:
-    """Return the pressure for one radius with its uncertainty, or why there is none."""
+    """Return the pressure that wraps a radius with its uncertainty, or why there is none."""
     level, draws = options.level, options.draws
     try:
         if draws is None:
-            return pressure_uncertainty(calibration, [radius], level, rivals=rivals)[0]
-        return pressure_uncertainty_by_draws(
-            calibration, [radius], seed=options.seed, draws=draws, level=level, rivals=rivals
-        )[0]
+            found = pressure_uncertainty(calibration, [radius], level, rivals=rivals)
+        else:
+            found = pressure_uncertainty_by_draws(
+                calibration, [radius], seed=options.seed, draws=draws, level=level, rivals=rivals
+            )
+        return wrapped_from(calibration, found[0])
     except SpiralError as error:
         return error
 

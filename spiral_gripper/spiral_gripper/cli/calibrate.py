@@ -96,7 +96,7 @@ DRAWS_MAX = 100_000
 @option(
     "--radius",
     LENGTH,
-    "Object radius for which to print the pressure and its interval.",
+    "Object radius for which to print the pressure that wraps it, with its interval.",
     many="radii",
 )
 @option(
