@@ -42,6 +42,7 @@ def compile_contacts() -> None:
     hanging = core.RodProblem(rod, load, obstacles=(floor,))
     state = core.solve_rod(hanging, elements=8)
     core.solve_rod(hanging, start=state.positions, elements=8)
+    core.Cone(0.01, 0.1).distance(state.positions)
     inertia = core.Inertia(mass=0.0285, rotary=3e-7)
     core.solve_motion(lambda time: hanging, inertia, (0.0, 0.01), start=state)
     core.vibration_modes(core.solve_rod(rod, elements=8), inertia)
