@@ -204,28 +204,27 @@ class Grip:
     def _carrying(self, payload: float, grid: Array, best: float, force_max: float | None) -> float:
         """Return the pressure of a grid next to the best that carries a payload [Pa].
 
-        Between the pressures looked at the force is interpolated, then computed.
+        The force is computed at the best; between the pressures looked at it is interpolated, then
+        computed.
         """
-        at, ratio = self.pressures, self.payload_ratio(payload)
-        tries = 0
-        while True:
+        at, ratio, tries = self.pressures, self.payload_ratio(payload), 0
+        held = np.zeros(0)
+        possible = grid = grid[(at[0] <= grid) & (grid <= at[-1])]
+        while possible.size:
+            chosen = float(possible[np.argmin(np.abs(possible - best))])
+            place = int(np.searchsorted(at, chosen))
+            if at[place] != chosen:
+                force = holding_force(self.window.at(chosen), Pull.DOWN).force
+                at = np.insert(at, place, chosen)
+                ratio = np.insert(ratio, place, force / self.setup.weight_of(payload))
+                tries += 1
+            if ratio[place] >= PAYLOAD_SAFETY:
+                return chosen
             if tries == CARRY_TRIES:
                 grid = grid[np.isin(grid, at)]
-            held = np.nan_to_num(np.interp(grid, at, ratio, left=0.0, right=0.0))
+            held = np.nan_to_num(np.interp(grid, at, ratio))
             possible = grid[held >= PAYLOAD_SAFETY]
-            if not possible.size:
-                raise self._carries_less(payload, float(held.max(initial=0.0)), force_max)
-            chosen = float(possible[np.argmin(np.abs(possible - best))])
-            if chosen in at:
-                return chosen
-            exact = holding_force(self.window.at(chosen), Pull.DOWN).force / self.setup.weight_of(
-                payload
-            )
-            if exact >= PAYLOAD_SAFETY:
-                return chosen
-            place = int(np.searchsorted(at, chosen))
-            at, ratio = np.insert(at, place, chosen), np.insert(ratio, place, exact)
-            tries += 1
+        raise self._carries_less(payload, float(held.max(initial=0.0)), force_max)
 
     def payload_ratio(self, payload: float) -> Array:
         """Return holding force along gravity over the object's weight at each pressure (m,).
@@ -316,16 +315,22 @@ def recommended_grip(
 ) -> GripPoint:
     """Return the grip at its recommended pressure, see :meth:`Grip.recommended_pressure`.
 
-    Holding forces are computed only with a payload [kg].
+    Holding forces are computed only with a payload [kg], at ten pressures only if it is not carried
+    at the middle of the recommended ones.
 
     Raises:
         InvalidInputError: the payload is not positive.
         NotGrippableError: no pressure wraps the object, or carries the payload.
         SolverError: a state could not be certified.
     """
-    pulls, pressures = ((), ()) if payload is None else ((Pull.DOWN,), None)
-    grip = solve_grip(setup, pulls, pressures=pressures, progress=progress)
-    return grip.window.at(grip.recommended_pressure(payload))
+    window = solve_grip(setup, (), pressures=(), progress=progress).window
+    point = window.at(Grip(window, (), {}).recommended_pressure())
+    if payload is None:
+        return point
+    if holding_force(point, Pull.DOWN).force >= PAYLOAD_SAFETY * setup.weight_of(payload):
+        return point
+    grip = solve_grip(setup, (Pull.DOWN,), window=window, progress=progress)
+    return window.at(grip.recommended_pressure(payload))
 
 
 @dataclass(frozen=True, slots=True)
