@@ -345,16 +345,21 @@ def judge(task: ApproachTask, pose: BasePose) -> Trial:
     except REFUSALS as error:  # of a pose that wraps on few elements
         return Trial(_reason(error), 0.0)
     found = Trial("", 0.0, point.pressure, _force(point))
-    ways = np.vstack((np.eye(5)[:4], -np.eye(5)[:4]))
     for size in ERRORS:
-        closings = (
-            close_misplaced(point.setup, point.pressure, off, task.payload, SCREEN_ELEMENTS)
-            for off in size * UNIT_ERRORS * ways
-        )
-        if any(closed.outcome is not CaptureOutcome.HOLDS for closed in closings):
+        if not holds_shifted(task, point, size):
             break
         found = replace(found, size=1e-3 * size)
     return found
+
+
+def holds_shifted(task: ApproachTask, point: GripPoint, size: float) -> bool:
+    """Return whether a grip holds with each error of the pose alone, millimeters and degrees."""
+    ways = np.vstack((np.eye(5)[:4], -np.eye(5)[:4]))
+    closings = (
+        close_misplaced(point.setup, point.pressure, off, task.payload, SCREEN_ELEMENTS)
+        for off in size * UNIT_ERRORS * ways
+    )
+    return all(closed.outcome is CaptureOutcome.HOLDS for closed in closings)
 
 
 def gripped(task: ApproachTask, pose: BasePose) -> GripPoint:
