@@ -21,9 +21,9 @@ from spiral_core.rod.motion.swing import Swing, air_coefficients
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 
-# Stiffness that is added to the material's and taken away, to tell it from that of the weight: the
-# error is the square.
-STIFFER = 1e-3
+# Part of the material's stiffness that is added and taken away, to tell it from the weight's. The
+# larger it is, the less rounding errors count; what resists is nearly linear in it.
+STIFFER = 3e-2
 # A node that touches stays where it is: so many times the largest stiffness of its neighbors.
 HELD = 1e6
 # Vectors that the iteration keeps beside the modes asked for.
@@ -99,10 +99,11 @@ def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
         across = shape - np.sum(shape * along, axis=1)[:, None] * along
         speeds = np.linalg.norm(across, axis=1)
         air = air_coefficients(speeds, lengths, 1.0 / largest**2, omega, 2.0 * arrays.radius)
-        # how much the deflection under the mode's inertia shrinks as the material gets stiffer
-        change = np.sum(force * (softer.times(force) - stiffer.times(force))) / (2.0 * STIFFER)
+        # how the deflection under the mode's inertia resists more as the material gets stiffer
+        more, less = (1.0 / np.sum(force * rod.times(force)) for rod in (stiffer, softer))
+        material = float(more - less) / (2.0 * STIFFER)
         shapes.append(shape)
-        swings.append(Swing(omega / (2.0 * math.pi), float(change / value**2), *air))
+        swings.append(Swing(omega / (2.0 * math.pi), material, *air))
     frequencies = 1.0 / (2.0 * math.pi * np.sqrt(values))
     return Modes(frequencies, np.array(shapes), tuple(swings))
 
