@@ -32,6 +32,7 @@ from spiral_core import (
 from spiral_core.grip.grip import refine
 from spiral_core.grip.window import GripWindow
 from spiral_gripper import load_description
+from spiral_gripper.files.shown import shown_message
 from spiral_gripper.reports.grip.plots import draw_forces
 from spiral_gripper.reports.style import COLORS, DPI, paper_style, style_axes
 
@@ -94,7 +95,7 @@ INFLUENCE = """\
 The 70° design around 15 mm, hanging, closed slowly with friction. Forces at 1.1 times the onset of
 the wrap.
 
-| case | tip criterion | wrapped from | end curls from | lost at | away [N] | towards [N] | \
+| pressures in kPa | tip criterion | wrapped from | end curls from | lost at | away [N] | towards [N] | \
 normal force [N] |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 """
@@ -104,7 +105,7 @@ from the base. On the level mount the tube winds beside the object; rolled by ha
 gripper wraps this radius, 2 % below the tip criterion.
 """
 WINDOWS = """\
-| case | tip criterion | wrapped from | end curls from | lost at |
+| pressures in kPa | tip criterion | wrapped from | end curls from | lost at |
 | --- | --- | --- | --- | --- |
 """
 VERTICAL = (1.0, 0.0, 0.0)
@@ -328,7 +329,7 @@ def _influence_row(name: str, setup: GripSetup) -> str:
     try:
         grip = grip_at_onset(setup)
     except NotGrippableError as error:
-        return f"| {name} | {cells[0]} | {error.constraint} | | | | | |"
+        return f"| {name} | {cells[0]} | {shown_message(error.constraint)} | | | | | |"
     window = grip.window
     cells += [kilo(p) for p in (window.onset_wrap, window.onset_curling, window.loss)]
     cells += [f"{grip.force(pull)[0]:.2f}" for pull in (Pull.AWAY, Pull.TOWARDS)]
