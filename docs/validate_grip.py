@@ -95,7 +95,7 @@ INFLUENCE = """\
 The 70° design around 15 mm, hanging, closed slowly with friction. Forces at 1.1 times the onset of
 the wrap.
 
-| pressures in kPa | tip criterion | wrapped from | end curls from | lost at | away [N] | towards [N] | \
+| [kPa] | tip criterion | wrapped from | end curls from | lost at | away [N] | towards [N] | \
 normal force [N] |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 """
@@ -105,7 +105,7 @@ from the base. On the level mount the tube winds beside the object; rolled by ha
 gripper wraps this radius, 2 % below the tip criterion.
 """
 WINDOWS = """\
-| pressures in kPa | tip criterion | wrapped from | end curls from | lost at |
+| [kPa] | tip criterion | wrapped from | end curls from | lost at |
 | --- | --- | --- | --- | --- |
 """
 VERTICAL = (1.0, 0.0, 0.0)

@@ -21,6 +21,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 
 from spiral_gripper_ros.process.guards import GuardedLoop
 from spiral_gripper_ros.regulators import regulator_node
+from spiral_gripper_ros.regulators.adapter import Link
 from spiral_gripper_ros.regulators.main import RegulatorProgram
 from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
 
@@ -150,6 +151,8 @@ class Bench:
 
         def is_there():
             self.now += 0.1
+            if self.node.adapter.link is not Link.UP:
+                self.tick(0.0)
             self.rig.tell(self, pressure)
             state = self.tick(pressure)
             return state[0] == level and words in state[1]
@@ -218,7 +221,10 @@ def test_a_fault_is_told_nothing_is_measured_and_it_ends_vented(made, row):
     bench.measured.clear()
     bench.until(ERROR, words)
     assert (bench.measured == []) is (fault != "refused")
+    adapter = bench.node.adapter
+    assert adapter.watch.is_latched is (adapter.link is Link.LOST)
     bench.rig.spoil("")
+    bench.until(OK, PASSES, 0.0)
     bench.measured.clear()
     bench.until(OK, PASSES, 3.0e4)
     assert bench.measured[0].data == pytest.approx(3.0e4, **NEAR)  # no late answer
@@ -238,11 +244,13 @@ def test_an_exception_makes_a_vent_the_last_set_point(made):
 # Time, command, level, set-point, what is said; the time-out is 60 s.
 COMMANDS = """
 0 - 0 0 waiting for the first pressure_command
+0 3e5 1 0 vented after a start
+0 0 0 0 passes commands on
 0 3e5 0 3e5 passes commands on
 0 4e4 0 4e4 passes commands on
 59 - 0 4e4 passes commands on
 1 - 1 0 no pressure_command: vented
-1 4e4 1 0 vented by the watchdog
+1 4e4 1 0 vented after a start, a lost link or a silence
 1 0 0 0 passes commands on
 1 4e4 0 4e4 passes commands on
 1 3.01e5 1 4e4 pressure_command must be from 0 to 300000 Pa
@@ -295,6 +303,7 @@ watchdog_timeout=0.09
 device_timeout=0.26
 measured_topic=x measured_field=nothing
 command_topic=pressure_command
+measured_topic=measured_pressure
 """
 
 

@@ -55,7 +55,10 @@ def judge_given_parameters(
             _judge_file(Path(value), nodes, known, findings)
             continue
         target, separator, name = value.partition(":=")[0].rpartition(":")  # node:name:=value
-        if not separator or target in [node.rpartition("/")[2] for node in nodes]:
+        own = [node.rpartition("/")[2] for node in nodes]
+        if separator and target not in own:
+            findings.errors.append(f"{target} is no node of this process: {', '.join(own)}")
+        else:
             findings.errors += _unknown([name], known)
     return findings
 

@@ -65,6 +65,7 @@ class RegulatorAdapter:
                 self.link = Link.LOST
             if is_lost or self._answered is None:
                 self.problem = str(error)
+                self.watch.is_latched = True
             return None
         self._answered, self.link, self.problem = now, Link.UP, reading.problem
         if reading.number is None:

@@ -12,7 +12,8 @@ class CommandWatch:
     """The watchdog of an adapter: silence vents, until 0 Pa has been commanded.
 
     A node that was held up goes on with the command that it had: following it would inflate an
-    empty gripper in one step, past the node's ramp.
+    empty gripper in one step, past the node's ramp. So would the first command after a start, or
+    after the device was lost: these wait for 0 Pa too.
 
     A command that is not a finite gauge pressure from 0 to ``pressure_limit`` is counted and
     ignored: the last valid one stands, and the watchdog's time goes on.
@@ -24,14 +25,14 @@ class CommandWatch:
     Attributes:
         refused: number of refused commands.
         problem: why the last command was refused; empty after an accepted one.
-        is_latched: whether it has vented, and waits for a command of 0 Pa.
+        is_latched: whether it waits for a command of 0 Pa; set it where the device was lost.
 
     Example:
         >>> watch = CommandWatch(pressure_limit=1e5, timeout=0.5)
         >>> watch.demand(0.0)
         0.0
-        >>> watch.offer(0.1, 4e4), watch.demand(0.5), watch.demand(0.7)
-        (True, 40000.0, 0.0)
+        >>> watch.offer(0.0, 0.0), watch.offer(0.1, 4e4), watch.demand(0.5), watch.demand(0.7)
+        (True, True, 40000.0, 0.0)
         >>> watch.offer(0.8, 4e4), watch.demand(0.8), watch.offer(0.9, 0.0), watch.is_latched
         (False, 0.0, True, False)
     """
@@ -41,7 +42,7 @@ class CommandWatch:
         self._timeout = require_positive("watchdog_timeout", timeout)
         self._command = 0.0
         self._heard: float | None = None
-        self.is_latched = False
+        self.is_latched = True
         self.refused = 0
         self.problem = ""
 
@@ -66,8 +67,8 @@ class CommandWatch:
         self._command, self._heard, self.problem = pressure, now, ""
         if self.is_latched:
             self.problem = (
-                f"vented by the watchdog after {self._timeout:g} s without a pressure_command: "
-                "waiting for one of 0 Pa (release, or rearm the node)"
+                "vented after a start, a lost link or a silence: waiting for a pressure_command of "
+                "0 Pa (release, or rearm the node)"
             )
         return not self.is_latched
 

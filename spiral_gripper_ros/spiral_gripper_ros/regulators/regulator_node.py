@@ -67,7 +67,9 @@ class RegulatorNode(Node):  # type: ignore[misc]
         return TopicDevice(self, self.values)
 
     def _on_command(self, message: Float64) -> None:
-        if self.adapter.watch.offer(time.monotonic(), message.data) and message.data == 0.0:
+        watch, now = self.adapter.watch, time.monotonic()
+        holds = watch.demand(now) > 0.0
+        if watch.offer(now, message.data) and holds and message.data == 0.0:
             self._exchange()  # a vent does not wait for the next tick
 
     def _exchange(self) -> None:

@@ -48,6 +48,10 @@ class TopicDevice:
             raise InvalidInputError("command_topic", values.command_topic, requirement)
         self._reading = Reading()
         if values.measured_topic != NONE:
+            heard, own = map(node.resolve_topic_name, (values.measured_topic, "measured_pressure"))
+            if heard == own:
+                requirement = f"another topic than {own}, which the adapter publishes"
+                raise InvalidInputError("measured_topic", values.measured_topic, requirement)
             kind = message_type("measured_type", values.measured_type)
             self._measured = MessageField("measured_field", kind, values.measured_field)
             node.create_subscription(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import tempfile
 import time
@@ -30,7 +31,7 @@ def plan_by_new_node(gripper: str, radius: float) -> str:
     with tempfile.TemporaryFile("w+", errors="replace") as log:
         try:
             with (
-                NodeProcess(namespace, {"gripper": gripper}, output=log),
+                NodeProcess(namespace, {"gripper": json.dumps(gripper)}, output=log),
                 SpiralGripper(namespace) as client,
             ):
                 client.wait_until_active(START_TIMEOUT)

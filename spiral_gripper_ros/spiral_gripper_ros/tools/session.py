@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import tempfile
 import time
@@ -49,7 +50,7 @@ def run_session(
     local_discovery()
     signals = StopSignals()
     signals.defer()
-    given = {"gripper": gripper}
+    given = {"gripper": json.dumps(gripper)}  # of any characters
     with (
         closing(watched(space)) as watcher,
         tempfile.TemporaryFile("w+") as log,

@@ -64,6 +64,7 @@ class Watcher(Listener):
     def show(self, elapsed: float) -> None:
         """Print a line with a time [s], if more than numbers has changed or the last is old."""
         status = self.newest("status", FRESH) or GripStatus()
+        command = self.newest("pressure_command", FRESH)
         measured = self.newest("measured_pressure", FRESH)
         radius = self.newest("simulated/object_radius", FRESH)
         grip = self.newest("simulated/grip", FRESH)
@@ -75,7 +76,7 @@ class Watcher(Listener):
             "t [s]": f"{elapsed:5.1f}",
             axis_label("object", "m"): _number((radius and radius.data) or None, "m"),
             axis_label("believed", "m"): _number(known(status.object_radius), "m"),
-            axis_label("command", "Pa"): _number(self.command, "Pa"),
+            axis_label("command", "Pa"): _number(command and command.data, "Pa"),
             axis_label("measured", "Pa"): _number(measured and measured.data, "Pa"),
             "regime": REGIME_NAMES[status.regime],
             "wrapped": "yes" if status.wrapped else "no",

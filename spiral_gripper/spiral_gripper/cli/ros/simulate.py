@@ -15,7 +15,7 @@ FAULTS = ("none", "leak", "stuck_valve", "lost_link")
 DEFAULT_GRIPPER = "paper_design_70"
 # DDS's names have at most 255 characters; those of our topics and services need their part.
 NAMESPACE_LENGTH_MAX = 150
-_NAMESPACE = re.compile(r"/|/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*/?")
+_NAMESPACE = re.compile(r"/|(?!.*__)/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
 def checked_namespace(
@@ -29,7 +29,7 @@ def checked_namespace(
     del context, option
     if name is not None and not _NAMESPACE.fullmatch(name):
         raise click.BadParameter(
-            "it must be names of letters, digits and _, none beginning with a digit, "
+            "it must be names of letters, digits and single _, none beginning with a digit, "
             f"separated by single /, got {name!r}",
             param_hint="--namespace",
         )
