@@ -111,14 +111,19 @@ SLOW_STATIONS = 40
 KEEP = 0.9
 
 
-def inertia_of(gripper: Gripper) -> Inertia:
+def inertia_of(gripper: Gripper, length: float | None = None) -> Inertia:
     """Return the inertia of a gripper's tube with all that is wound on it.
+
+    Args:
+        gripper: whose mass stays when it stretches.
+        length: of the backbone [m]; None: unstretched.
 
     Raises:
         InvalidInputError: its weight is not known (zero).
     """
     mass = require_positive("weight_per_length", gripper.weight_per_length) / STANDARD_GRAVITY
     tube = gripper.tube
+    mass *= tube.length / (length or tube.length)
     return Inertia(mass, 0.25 * mass * (tube.outer_radius**2 + tube.inner_radius**2))
 
 
@@ -285,7 +290,7 @@ def closing_frames(
         requirement = Message("at most {}; closing more slowly is slow_closing", most)
         raise InvalidInputError("course.duration", course.duration, requirement, "s")
 
-    posed = lru_cache(maxsize=1)(setup.closing_problem)
+    posed, first = lru_cache(maxsize=1)(setup.closing_problem), course.pressures[0]
 
     def problem(time: float) -> RodProblem:
         return posed(course.at(time))
@@ -295,7 +300,7 @@ def closing_frames(
         inertia_of(setup.gripper),
         np.linspace(0.0, course.duration, count).tolist(),
         damping=damping,
-        start=hanging_tube(setup),
+        start=slow_closing(setup, first).state if first > 0.0 else hanging_tube(setup),
         longest_step=longest_step,
     )
 
@@ -409,7 +414,8 @@ def slow_closing(setup: GripSetup, pressure: float) -> GripPoint:
     """
     stations = [float(p) for p in np.linspace(0.0, pressure, SLOW_STATIONS + 1)[1:]]
     path = follow_contact([setup.closing_problem(p) for p in stations], start=hanging_tube(setup))
-    if len(path.states) < len(stations):
+    rests = len(path.states) == len(stations) and path.states[-1].stable
+    if not rests:
         requirement = "one at which the closed gripper rests"
         raise InvalidInputError("pressure", pressure, requirement, "Pa")
     return GripPoint(pressure, setup, path.states[-1])
@@ -498,7 +504,8 @@ def vibrations(gripper: Gripper, pressure: float, count: int = MODES) -> Modes:
         InvalidInputError: the pressure is out of range, or the weight not known.
         SolverError: the tube has no certified shape there.
     """
-    return vibration_modes(_free(gripper, pressure), inertia_of(gripper), count)
+    state = _free(gripper, pressure)
+    return vibration_modes(state, inertia_of(gripper, state.arc_lengths[-1]), count)
 
 
 def settling_after_ramp(
@@ -588,7 +595,7 @@ def _settled(
         order: of the norm over them: 2 where they may add up, infinite where they do not.
         damping: of the tube.
     """
-    inertia = inertia_of(gripper)
+    inertia = inertia_of(gripper, state.arc_lengths[-1])
     modes = vibration_modes(state, inertia, MODES)
     weights = inertia.mass * state.node_lengths[:, None]
     slow = SETTLED * float(state.arc_lengths[-1])

@@ -108,7 +108,8 @@ class GripCurve:
         tip_pressure: of the perfect wrap by the criterion at the free coil's tip [Pa].
         onset_wrap: lowest pressure of the perfect wrap [Pa].
         onset_curling: pressure at which the tip lifts off again [Pa]; inf: it does not.
-        loss: pressure at which the wrapped coil loses stability [Pa]; inf: it does not.
+        loss: pressure at which the wrapped coil loses stability [Pa], or up to which it could be
+            followed; inf: neither.
         highest_good: upper end of the recommended range [Pa].
         top: largest pressure at which the grip was found to hold [Pa].
         friction: coefficient used.

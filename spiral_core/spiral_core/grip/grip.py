@@ -102,7 +102,7 @@ class Grip:
         Raises:
             InvalidInputError: this pull was not looked at.
         """
-        if pull not in self.forces:
+        if not self.forces.get(pull):
             names = ", ".join(each.name for each in self.forces)
             raise InvalidInputError("pull", pull.name, f"one that was computed: {names}")
         return np.array([held.force for held in self.forces[pull]])

@@ -52,11 +52,24 @@ ROLLS = 8
 
 def not_held(window: GripWindow) -> NotGrippableError:
     """Return the refusal of a window without a perfect wrap: why, and the nearest radius held."""
-    setup = window.setup
+    setup, (reason, gap) = window.setup, why_not_held(window)
     radius = float(setup.obstacle.shape.feature_radius)
+    if not _is_cut_short(window) and _held_back(setup):
+        friction = "; closed without friction it would be wrapped: friction holds the tube back"
+        reason = Message("{}{}", reason, friction)
+    return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup))
+
+
+def _is_cut_short(window: GripWindow) -> bool:
+    """Return whether higher pressures were not looked at."""
+    return window.end is WindowEnd.LIMIT and window.top < window.setup.gripper.pressure_max
+
+
+def why_not_held(window: GripWindow) -> tuple[Message, float]:
+    """Return why a window has no perfect wrap, and how far its tip stays from the object [m]."""
     best = min(window.points, key=lambda point: point.tip_gap)
     gap = best.tip_gap
-    ends = {
+    ends: dict[WindowEnd, str] = {
         WindowEnd.LOST: "the coil lets go before its tip touches",
         WindowEnd.LIMIT: "the tip does not touch up to the pressure limit",
         WindowEnd.PASSED_BY: (
@@ -66,6 +79,9 @@ def not_held(window: GripWindow) -> NotGrippableError:
         WindowEnd.SELF_CONTACT: "turns of the tube touch each other before the tip touches it",
         WindowEnd.NOT_FOLLOWED: "the closing tube finds no rest that could be certified",
     }
+    if _is_cut_short(window):
+        top = Quantity(window.top, "Pa")
+        ends[window.end] = Message("the tip does not touch up to {}, the last looked at", top)
     pressure = Quantity(best.pressure, "Pa")
     reason = Message(
         "{}; it comes nearest at {}, {} from the surface",
@@ -79,11 +95,8 @@ def not_held(window: GripWindow) -> NotGrippableError:
             pressure,
             window.end.value,
         )
-    if _held_back(setup):
-        friction = "; closed without friction it would be wrapped: friction holds the tube back"
-        reason = Message("{}{}", reason, friction)
     # A tip that touches sinks in by a rounding error.
-    return NotGrippableError(radius, reason, -max(gap, 0.0), nearest_held_radius(setup))
+    return reason, max(gap, 0.0)
 
 
 def _held_back(setup: GripSetup) -> bool:

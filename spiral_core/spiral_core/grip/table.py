@@ -17,6 +17,8 @@ from spiral_core.rod.types import Vector
 TOLERANCE = 0.05
 # Where radii are held is located to this part of a radius.
 EDGE = 0.01
+# Radii that are nearer than this part of them are not halved: a force jumps between them.
+JUMP = 1e-3
 # Forces are compared at these multiples of the onset, and not below this part of the largest [1].
 COMPARED_AT = (1.02, 1.1, 1.2)
 NEGLIGIBLE = 0.05
@@ -89,7 +91,8 @@ class GripTable:
     def poor(self, most: int) -> list[int]:
         """Return the pairs of radii that a radius between them improves, the worst first.
 
-        Both are held and off by more than ``TOLERANCE``, or one is not and more than ``EDGE`` away.
+        Both are held, off by more than ``TOLERANCE`` and more than ``JUMP`` apart, or one is not
+        held and more than ``EDGE`` away.
 
         Args:
             most: how many at most.
@@ -100,9 +103,9 @@ class GripTable:
     def _is_poor(self, pair: int) -> bool:
         after = pair + 2
         is_held = [grip is not None for grip in self.grips[pair:after]]
-        if all(is_held):
-            return self.errors[pair] > TOLERANCE
         low, high = self.radii[pair:after]
+        if all(is_held):
+            return self.errors[pair] > TOLERANCE and high > (1.0 + JUMP) * low
         return any(is_held) and high > (1.0 + EDGE) * low
 
     def halved(self, pair: int, radius: float, grip: GripCurve | None) -> GripTable:
@@ -117,7 +120,9 @@ class GripTable:
 
     def _around(self, radius: float) -> int:
         """Return the pair that is around a radius [m], or next to it."""
-        return min(max(bisect_right(self.radii, radius), 1), len(self.radii) - 1) - 1
+        after = min(max(bisect_right(self.radii, radius), 1), len(self.radii) - 1)
+        at_end = self.grips[after] is None and after > 1 and radius == self.radii[after - 1]
+        return after - 1 - at_end
 
     def _blend(self, pair: int, radius: float, tip_pressure: float) -> Blend | None:
         """Return the grip between a pair; None outside of it, or where one is not held."""

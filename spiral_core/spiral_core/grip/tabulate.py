@@ -17,9 +17,10 @@ from spiral_core.grip.closing import settling_after_ramp
 from spiral_core.grip.curve import GripCurve, GripQuestion, GripShapes
 from spiral_core.grip.grip import Grip
 from spiral_core.grip.holding import Pull, holding_forces
+from spiral_core.grip.places import THINNEST, why_not_held
 from spiral_core.grip.setup import GripSetup, lay_into_coil, vector_of
 from spiral_core.grip.table import GripTable
-from spiral_core.grip.window import GripPoint, grip_window
+from spiral_core.grip.window import GripPoint, WindowEnd, grip_window
 from spiral_core.numerics.tasks import Progress, in_turn
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.shapes import Cylinder
@@ -50,8 +51,8 @@ def solve_curve(question: GripQuestion) -> GripCurve:
     """
     window = grip_window(_setup(question))
     if window.onset_wrap is None:
-        reason = f"closing on it, the tip never touches: {window.end.value}"
-        raise NotGrippableError(question.radius, reason, 0.0, None)
+        reason, gap = why_not_held(window)
+        raise NotGrippableError(question.radius, reason, -gap, None)
     pressures = force_pressures(window.onset_wrap, window.top)
     points = [window.at(float(pressure)) for pressure in pressures]
     away, towards, down = _forces(points)
@@ -60,7 +61,7 @@ def solve_curve(question: GripQuestion) -> GripCurve:
         tip_pressure=setup.tip_pressure or 0.0,
         onset_wrap=window.onset_wrap,
         onset_curling=math.inf if window.onset_curling is None else window.onset_curling,
-        loss=math.inf if window.loss is None else window.loss,
+        loss=window.loss or (math.inf if window.end is WindowEnd.LIMIT else window.top),
         highest_good=Grip(window, (), {}).recommended_range[1],
         top=window.top,
         friction=setup.obstacle.friction,
@@ -123,8 +124,9 @@ def solve_table(
     """
     require_in_range("count", count, 2, math.inf)
     require_positive("rate", rate)
-    curve, most = WrapCurve(gripper), MOST_REFINED * count
-    ends = (1.0 + MARGIN) * curve.radius_min, (1.0 - MARGIN) * curve.radius_max
+    curve, most = WrapCurve(replace(gripper, object_axis=None)), MOST_REFINED * count
+    least = max(curve.radius_min, THINNEST * gripper.tube.outer_radius)
+    ends = (1.0 + MARGIN) * least, (1.0 - MARGIN) * curve.radius_max
 
     entries = partial(in_turn, partial(_entry, gripper, rate))
     radii = np.round(np.geomspace(*ends, count), DECIMALS).tolist()
@@ -157,8 +159,7 @@ def _setup(question: GripQuestion) -> GripSetup:
         return laid
     center, axis = question.pose
     obstacle = Obstacle.along(Cylinder(radius), center, axis, laid.obstacle.friction)
-    tip_pressure = WrapCurve(gripper).pressure_from_radius(radius)
-    return GripSetup(gripper, obstacle, laid.closing, tip_pressure=tip_pressure)
+    return GripSetup(gripper, obstacle, laid.closing, tip_pressure=laid.tip_pressure)
 
 
 def _forces(points: list[GripPoint]) -> Array:

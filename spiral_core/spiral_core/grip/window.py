@@ -424,7 +424,8 @@ def sharp_onset(window: GripWindow) -> float:
         raise InvalidInputError("window", window, "one with an onset of the wrap")
     above = int(np.searchsorted(window.pressures, window.onset_wrap))
     low, high = window.points[above - 1 : above + 1]
-    return located(low, high, WRAP, DIFFERENCE_TOLERANCE)
+    mark = UNCURL if WRAP.happened(low) else WRAP
+    return located(low, high, mark, DIFFERENCE_TOLERANCE)
 
 
 def follow_loss(window: GripWindow) -> GripPoint | None:
@@ -475,7 +476,8 @@ def grip_window(
         pressures: at which to look (n,) [Pa], increasing; None takes steps of a few percent. The
             window's pressures are located between them.
         progress: called with the number of steps done and the number there are, after each.
-        until_wrapped: whether to stop where the object is wrapped, for ``onset_wrap`` alone.
+        until_wrapped: whether to stop where the object is wrapped, and the end does not curl, for
+            ``onset_wrap`` alone.
 
     Raises:
         InvalidInputError: pressures do not increase within (0, limit].
@@ -508,7 +510,7 @@ def grip_window(
             break
         if progress is not None:
             progress(count, len(stations))
-        if until_wrapped and wrapped:
+        if until_wrapped and point.is_wrapped and not point.is_curled:
             break
     above = None
     if end is WindowEnd.LIMIT and wrapped and pressures is None and not until_wrapped:
