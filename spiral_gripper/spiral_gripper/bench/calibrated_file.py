@@ -89,6 +89,7 @@ def calibrated_text(
     """Return the text of a description file with the fitted values in place of its own."""
     root = read_for_change(read_description_text(description.source))
     _write_law(root["material"], calibration)
+    root.pop("measured", None)  # it would stand for what was fitted
     for name in calibration.names:
         section, key = FIELD_OF_QUANTITY[name].split(".")
         if section != "material":
