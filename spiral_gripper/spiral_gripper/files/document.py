@@ -206,8 +206,8 @@ def _missing_colon(error: MarkedYAMLError, lines: list[str]) -> tuple[int, int] 
     return line + 1, len(lines[line].rstrip()) + 1
 
 
-def _entry(node: Node) -> Entry:
-    """Return what one node holds; items of a list only where they are no lists themselves."""
+def _entry(node: Node, *, is_item: bool = False) -> Entry:
+    """Return what one node holds; a list or a mapping in a list is its raw text alone."""
     mark = node.start_mark
     raw = " ".join(mark.buffer[mark.index : node.end_mark.index].split())
     raw = raw if len(raw) <= _LONGEST_QUOTE else f"{raw[: _LONGEST_QUOTE - 3]}..."
@@ -215,5 +215,5 @@ def _entry(node: Node) -> Entry:
     place = (mark.line + 1, mark.column + 1, raw, tag)
     if not isinstance(node.value, list):
         return Entry(*place, text=node.value)
-    scalars = [item for item in node.value if tag == "seq" and not isinstance(item.value, list)]
-    return Entry(*place, items=tuple(_entry(item) for item in scalars))
+    items = node.value if tag == "seq" and not is_item else ()
+    return Entry(*place, items=tuple(_entry(item, is_item=True) for item in items))
