@@ -215,7 +215,7 @@ def _unlimited(values: Values, actuator: Actuator) -> Gripper:
         values["name"],
         actuator,
         density=values["material.density"],
-        stiffness=_stiffness(values, actuator),
+        stiffness=stiffness_of(values, actuator),
         gravity=(magnitude * x, magnitude * y, magnitude * z),
         **_arguments(
             values, "extra_mass_per_length", "mount.object_axis", "grip.turns_required",
@@ -267,7 +267,7 @@ def _actuator(values: Values, parts: Values) -> Actuator:
     return Actuator(curvature_form=form, **parts, **choices)
 
 
-def _stiffness(values: Values, actuator: Actuator) -> Section:
+def stiffness_of(values: Values, actuator: Actuator) -> Section:
     """Return EI and GJ: as stated, of the section at a pressure, or of the annulus."""
     stated = _arguments(values, "stiffness.bending", "stiffness.torsional")
     if "stiffness.section_at" not in values:

@@ -74,7 +74,9 @@ def put_fields(root: Any, fields: Mapping[str, object]) -> None:  # noqa: ANN401
         *sections, key = name.split(".")
         place = root
         for section in sections:
-            place = place.setdefault(section, {})
+            if place.get(section) is None:
+                place[section] = {}
+            place = place[section]
         place[key] = value
 
 

@@ -10,7 +10,7 @@ from spiral_core import FiberAngles, FreeActuation, Gripper, OneFamily
 from spiral_core.grip.setup import friction_of
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import DEFAULT_FRICTION, STANDARD_GRAVITY
-from spiral_gripper.files.description import GripperDescription
+from spiral_gripper.files.description import GripperDescription, stiffness_of
 
 # Below the fastest rates that keep a slow grip (docs/closing.md) [Pa/s].
 DEFAULT_RATE = 20e3
@@ -108,6 +108,7 @@ def gripper_for(description: GripperDescription, settings: Settings) -> Gripper:
                 gripper,
                 tube=actuator.tube,
                 actuation=actuation,
+                stiffness=stiffness_of(description.values, actuator),
                 pressure_max=min(gripper.pressure_max, actuation.pressure_limit),
             )
     gripper = replace(gripper, friction_coefficient=settings.friction)
