@@ -427,7 +427,8 @@ def unit_vector(name: str, vector: tuple[float, ...]) -> Vector:
     Raises:
         click.BadParameter: all three are zero.
     """
-    x, y, z = vector
+    _, exponent = math.frexp(max(map(abs, vector)))
+    x, y, z = (math.ldexp(each, -exponent) for each in vector)  # the norm of any is a float
     norm = math.hypot(x, y, z)
     if not norm > 0.0:
         raise click.BadParameter("the three numbers must not all be zero", param_hint=name)
