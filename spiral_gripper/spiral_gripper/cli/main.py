@@ -15,6 +15,7 @@ import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from importlib import import_module
+from io import TextIOWrapper
 from types import MappingProxyType
 from typing import Any
 
@@ -130,6 +131,8 @@ def run(arguments: Sequence[str]) -> int:
 
 def main() -> None:
     """Run the command line of this process."""
+    if isinstance(sys.stdout, TextIOWrapper):  # whose encoding may lack letters of a name
+        sys.stdout.reconfigure(errors="replace")
     command = sys.argv[1] if sys.argv[1:] else ""
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         # Ctrl-C ends a command that holds nothing at once, and one of many steps between two. An

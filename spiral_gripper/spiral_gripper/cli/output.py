@@ -22,7 +22,7 @@ def print_json(value: object) -> None:
     """Print a value as JSON, in SI units; missing values are null."""
     from spiral_gripper.reports.fields import plain
 
-    click.echo(json.dumps(plain(value), indent=2, allow_nan=False, ensure_ascii=False))
+    click.echo(json.dumps(plain(value), indent=2, allow_nan=False))
 
 
 def print_rows(title: str, rows: Rows) -> None:
