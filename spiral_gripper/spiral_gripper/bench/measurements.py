@@ -49,12 +49,14 @@ class Measurements:
         readings: what was measured.
         lines: line in the file of each reading.
         units: unit of each column that was read, by its name.
+        headings: of all columns.
     """
 
     source: Path
     readings: tuple[Reading, ...]
     lines: tuple[int, ...]
     units: Mapping[str, str] = field(default_factory=dict)
+    headings: Collection[str] = ()
 
 
 def load_measurements(
@@ -88,7 +90,7 @@ def load_measurements(
     found = readings_of(table, KINDS, options, length)
     lines, readings = zip(*found, strict=True)
     units = {name: column.unit for name, column in table.columns.items()}
-    return Measurements(source, readings, lines, units)
+    return Measurements(source, readings, lines, units, table.headings)
 
 
 def readings_of(

@@ -114,9 +114,11 @@ def load_files(
     length = description.actuator.tube.length
     loaded = [load_measurements(file, length, options) for file in files]
     columns: set[str] = set().union(*(one.units for one in loaded))
+    headings: set[str] = set().union(*(one.headings for one in loaded))
     with_errors = {name for name, column in ERROR_COLUMNS.items() if column in columns}
     for option, names, known in (
         ("--unit", options.units, columns), ("--error", options.errors, with_errors),
+        ("--ignore", options.ignored, headings),
     ):  # fmt: skip
         for name in names:
             if name not in known:

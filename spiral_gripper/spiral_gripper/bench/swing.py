@@ -119,6 +119,9 @@ def _read(path: Path, options: CalibrationOptions) -> tuple[list[SwingReading], 
     """Return the readings of a file, and the one pressure at which they were made [Pa]."""
     table = read_table(path, COLUMNS, options.units, options.ignored)
     readings = [reading for _, reading in readings_of(table, (SWING,), options)]
+    for heading in options.ignored:
+        if heading not in table.headings:
+            table.note(table.header_line, heading, "is to be ignored, but there is no such heading")
     pressure = table.rows[0].values["pressure"]
     for row in table.rows:
         if not row.values["pressure"] == pressure >= 0.0:

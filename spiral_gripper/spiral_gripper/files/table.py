@@ -109,6 +109,7 @@ class Table:
     Attributes:
         file: the file's name for messages.
         header_line: line of the headings.
+        headings: all of them.
         columns: the columns that are read, by name.
         rows: the lines of numbers.
         problems: what is wrong.
@@ -116,6 +117,7 @@ class Table:
 
     file: str
     header_line: int = 1
+    headings: Collection[str] = ()
     columns: dict[str, Column] = field(default_factory=dict)
     rows: list[Row] = field(default_factory=list)
     problems: list[BadCell] = field(default_factory=list)
@@ -168,7 +170,7 @@ def read_table(
         problem = BadCell(file, None, None, "", f"cannot be read: {error.reason}")
         raise TableError([problem]) from None
     header_line, headings = lines[0] if lines else (1, [])
-    table = Table(file, header_line)
+    table = Table(file, header_line, headings)
     if not lines:
         table.note(None, "", "the file holds no table")
     elif len(headings) == 1 and re.search(r"[;\t]", headings[0]):
@@ -189,9 +191,6 @@ def read_table(
     for name in (name for name in units or {} if name not in known):
         reason = f"a unit is stated for this, which is no column; those are {', '.join(known)}"
         table.note(None, name, reason)
-    for heading in ignored:
-        if heading not in headings:
-            table.note(header_line, heading, "is to be ignored, but there is no such heading")
     table.raise_problems()
     for line, cells in lines[1:]:
         _read_row(table, line, cells, len(headings))
