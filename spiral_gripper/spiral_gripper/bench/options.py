@@ -15,6 +15,8 @@ from spiral_gripper.files.units import parse_number, parse_quantity
 # Bounds of a constant that is held [Pa], [1]: far wider than rubber, but they catch wrong units.
 HELD_PRESSURE = 1.0e8
 HELD_EXTENSION_LIMIT = (0.1, 1.0e4)
+# Of the factor on the air's drag, as computed 1.
+HELD_AIR = 1.0e3
 _EXAMPLES = {"--hold": "c2=15 kPa", "--unit": "pressure=psi", "--error": "extension=0.2 mm"}
 
 
@@ -110,15 +112,17 @@ def _pairs(option: str, texts: Sequence[str]) -> dict[str, str]:
 
 def _constant(name: str, text: str, free_swing: bool) -> float:
     """Return the value of a constant of some law, in SI units; of a swing, the factor on air."""
+    known = FIELDS.get(f"material.{name}")
     if free_swing:
         if name != "air":
             raise InvalidInputError("--hold", name, "air: a free swing tells the damping alone")
-        return parse_number(text)
-    known = FIELDS.get(f"material.{name}")
-    if known is None or name in ("law", "density"):
+        value = parse_number(text, "--hold air")
+        low, high = 0.0, HELD_AIR
+        requirement = f"from 0 to {high:g}: 1 is the drag as computed"
+    elif known is None or name in ("law", "density"):
         raise InvalidInputError("--hold", name, "a constant of the law")
-    if known.dimension is None:
-        value = parse_number(text)
+    elif known.dimension is None:
+        value = parse_number(text, f"--hold {name}")
         low, high = HELD_EXTENSION_LIMIT
         requirement = f"from {low:g} to {high:g}: I1 - 3 at full extension, some 50 in latex"
     else:

@@ -13,6 +13,7 @@ from spiral_gripper.cli.output import print_json, write_picture
 from spiral_gripper.cli.types import (
     FIBER_ANGLE,
     LENGTH,
+    POSITIVE_LENGTH,
     PRESSURE,
     QuantityType,
     gripper_argument,
@@ -90,7 +91,7 @@ def gravity(gripper: str, **options: object) -> None:
 
 @chart.command()
 @gripper_argument
-@option("--radius-min", LENGTH, "Smallest object. [default: 1/4 of the largest]")
+@option("--radius-min", POSITIVE_LENGTH, "Smallest object. [default: 1/4 of the largest]")
 @option("--radius-max", LENGTH, "Largest object. [default: the largest]")
 @mount_options
 @output_options

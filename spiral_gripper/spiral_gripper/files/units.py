@@ -179,8 +179,8 @@ def parse_quantity(text: object, dimension: Dimension, field: str | None = None)
     return value
 
 
-def parse_number(text: str) -> float:
-    """Return a plain decimal number written as text.
+def parse_number(text: str, field: str = "number") -> float:
+    """Return a plain decimal number written as text; a refusal names the field.
 
     Raises:
         InvalidInputError: a unit, percent or anything else beside the number, or not finite.
@@ -190,7 +190,7 @@ def parse_number(text: str) -> float:
         1.05
     """
     if _DECIMAL.fullmatch(text) is None or not math.isfinite(float(text)):
-        raise InvalidInputError("number", text, PLAIN_NUMBER)
+        raise InvalidInputError(field, text, PLAIN_NUMBER)
     return float(text)
 
 

@@ -90,7 +90,8 @@ def _page(
     axes.set(xlim=(0.0, PAGE_WIDTH), ylim=(0.0, PAGE_HEIGHT))
     axes.set_axis_off()
     top, bottom, length = PAGE_HEIGHT - MARGIN, 1.8 * MARGIN, 1e3 * actuator.tube.length
-    axes.text(MARGIN, top, f"{name}: winding sheet, print at 100 %", fontsize=11, va="top")
+    title = f"{name}: winding sheet, print at 100 %"
+    axes.text(MARGIN, top, title, fontsize=11, va="top", parse_math=False)
     for number, (label, text) in enumerate(winding_rows(actuator, end_allowance)):
         height = top - 8.0 - 4.2 * number
         axes.text(MARGIN, height, label, va="top")

@@ -116,7 +116,7 @@ def force_data(answer: Answer | None, pressure: float) -> tuple[Array, ...]:
 def force_scales(answer: Answer | None, pressure_max: float) -> dict[str, uplot.Scale]:
     """Return the chart's ranges: all pressures up to the limit [Pa], all forces."""
     known = answer is not None and answer.grip is not None
-    most = float(np.max(answer.grip.force(Pull.AWAY))) if known else 1.0  # type: ignore[union-attr]
+    most = float(np.nan_to_num(answer.grip.force(Pull.AWAY)).max()) if known else 1.0  # type: ignore[union-attr]
     top = float(in_units(1.1 * max(most, 1e-3), "N"))
     return _ranges(float(in_units(pressure_max, "Pa")), top)
 

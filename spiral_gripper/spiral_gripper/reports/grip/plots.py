@@ -169,17 +169,19 @@ def window_figure(
     caption is :func:`study_accuracy`'s.
 
     Raises:
-        InvalidInputError: more than :data:`MOST_PANELS` panels would be needed.
+        InvalidInputError: no grip is held, or more than :data:`MOST_PANELS` panels would be needed.
     """
     groups: dict[str, list[tuple[float, GripOutcome]]] = {}
     for case, outcome in zip(cases, outcomes, strict=True):
         mount = " ".join(f"{g:.3g}" for g in case.gripper.gravity)
         title = f"{case.gripper.name}\nfriction {case.friction:.3g}, gravity {mount}"
         groups.setdefault(title, []).append((case.radius, outcome))
+    if all(outcome.refusal for outcome in outcomes):
+        raise InvalidInputError("plot", 0, "of at least one grip that is held")
     if len(groups) > MOST_PANELS:
         raise InvalidInputError("plot", f"{len(groups)} panels", f"at most {MOST_PANELS} panels")
     figure, axes_list = panels(len(groups))
-    figure.supxlabel(caption, fontsize=6.5)
+    figure.supxlabel(caption, fontsize=6.5, parse_math=False)
     for axes, (title, found) in zip(axes_list, groups.items(), strict=True):
         _draw_windows(axes, sorted(found, key=lambda pair: pair[0]))
         axes.set_title(title, parse_math=False)
@@ -195,7 +197,7 @@ def _draw_windows(axes: Axes, found: Sequence[tuple[float, GripOutcome]]) -> Non
     # Missing ones are NaN.
     known = np.array([[getattr(one, name) for _, one in found] for name in names], np.float64)
     wrapped, curling, loss, tip, recommended = edges = in_units(known, "Pa")
-    top = np.where(np.isnan(loss), np.nanmax(edges), loss)
+    top = np.where(np.isnan(loss), np.nanmax(edges, initial=0.0), loss)
     curling = np.where(np.isnan(curling), top, curling)
     for low, high, color, label in (
         (wrapped, curling, PERFECT_COLOR, "wrapped"),

@@ -62,13 +62,13 @@ class ResultFile:
         for count, line in enumerate(whole.splitlines(), start=1):
             try:
                 entry = json.loads(line)
-                [*of], outcome = entry["case"], entry["outcome"]
+                [*of, key], outcome = entry["case"], entry["outcome"]
                 found = CaptureOutcome[outcome] if isinstance(outcome, str) else kind(**outcome)
+                own = {tuple(key): found} if of == self._case else {}
             except (ValueError, KeyError, TypeError):
                 requirement = "an outcome of a study, in JSON"
                 raise InvalidInputError(f"{path}: line {count}", line, requirement) from None
-            if of[:-1] == self._case and isinstance(of[-1], list):
-                self.known[tuple(of[-1])] = found
+            self.known |= own
         if whole != text:
             write_file(path, whole)
 
