@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +17,7 @@ from spiral_gripper.bench.options import CalibrationOptions
 from spiral_gripper.bench.report import interval_text
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.files.shown import shown
-from spiral_gripper.files.table import read_table
+from spiral_gripper.files.table import TableError, read_table
 from spiral_gripper.reports.fields import Field, Json, Rows, data
 
 # Larger swings, as a fraction of the length, decay otherwise than small ones.
@@ -57,6 +59,11 @@ def fit_free_swing(
     if len(files) != 1:
         raise InvalidInputError("--free-swing", f"{len(files)} files", "with one file, one swing")
     readings, pressure = _read(files[0], options)
+    for name, text in options.errors.items():
+        with suppress(TableError):
+            if _read(files[0], replace(options, errors={})) == (readings, pressure):
+                requirement = f"left out: the column {name}_error states it"
+                raise InvalidInputError(f"--error {name}", text, requirement)
     most = description.gripper.pressure_max
     if not pressure <= most:
         requirement = f"at most the gripper's limit, {shown(most, 'Pa')}"

@@ -141,15 +141,16 @@ def calibrate(
 
     if options["draws"] is not None and not options["radii"]:
         raise click.UsageError("--draws goes with --radius, whose interval it draws")
+    if options["seed"] and options["draws"] is None:
+        raise click.UsageError("--seed goes with --draws")
     description = described(gripper)
     stated = parse_options(free_swing=free_swing, **options)
     if free_swing:
         if measured_curve or save is not None:
             raise click.UsageError("--free-swing writes no gripper file and excludes other kinds")
-        _refuse_unused("--free-swing fits the damping only", stated, report, "--hold")
-        if stated.section_length is not None or stated.accept_implausible:
-            unused = "--section-length and --accept-implausible"
-            raise click.UsageError(f"--free-swing takes the gripper's length: leave {unused} out")
+        _refuse_unused("--free-swing fits the damping only", stated, report, "--hold", "--level")
+        if stated.section_length is not None:
+            raise click.UsageError("--free-swing takes the gripper's length: no --section-length")
         from spiral_gripper.bench.swing import FREE_SWING, fit_free_swing
 
         print_result(FREE_SWING, fit_free_swing(description, files, stated))
@@ -217,7 +218,7 @@ def _write_curve(
 
 
 def _refuse_unused(
-    reason: str, options: CalibrationOptions, report: Path | None, but: str = ""
+    reason: str, options: CalibrationOptions, report: Path | None, *but: str
 ) -> None:
     """Refuse options that a fit of the law has, where there is none."""
     given = {
@@ -227,9 +228,11 @@ def _refuse_unused(
         "--robust": options.robust,
         "--radius": options.radii,
         "--draws": options.draws,
+        "--level": options.level != DEFAULT_LEVEL,
+        "--accept-implausible": options.accept_implausible,
         "--plot": wanted("plot"),
         "--report": report,
     }
     for name, value in given.items():
-        if value and name != but:
+        if value and name not in but:
             raise click.UsageError(f"{reason}: leave {name} out")

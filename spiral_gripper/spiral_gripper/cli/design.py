@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from spiral_gripper.cli.output import print_json, say_written, write_picture
-from spiral_gripper.cli.requirement import requirement_from, requirement_options
+from spiral_gripper.cli.requirement import PREFERENCES, requirement_from, requirement_options
 from spiral_gripper.cli.types import (
     POSITIVE_LENGTH,
     REPORT_FILE,
@@ -33,6 +33,12 @@ Example:
 
 @click.command(epilog=EXAMPLE)
 @requirement_options
+@option(
+    "--prefer",
+    click.Choice(PREFERENCES),
+    "Which of several feasible designs to choose.",
+    shown=PREFERENCES[0],
+)
 @option(
     "--tolerance",
     POSITIVE_LENGTH,

@@ -82,12 +82,6 @@ requirement_options = together(
         metavar="MU",
     ),
     option("--end-allowance", LENGTH, "Tube beyond the gripper at each end. [default: 20 mm]"),
-    option(
-        "--prefer",
-        click.Choice(PREFERENCES),
-        "Which of several feasible designs to choose.",
-        shown=PREFERENCES[0],
-    ),
     mount_options,
 )
 
@@ -112,7 +106,7 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
 
     tubing = load_tubing(options.pop("tubing"))
     sizes = tuple(parse_tube_size(text) for text in options.pop("tubes"))
-    preference = options.pop("prefer").upper().replace("-", "_")
+    preference = options.pop("prefer", PREFERENCES[0]).upper().replace("-", "_")
     gravity = gravity_from(options, (1.0, 0.0, 0.0))
     axis = options.pop("object_axis")
     axis = axis and unit_vector("--object-axis", axis)
