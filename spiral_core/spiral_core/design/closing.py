@@ -9,12 +9,13 @@ from dataclasses import replace
 
 from spiral_core.design.evaluation import ClosedObject, Evaluation
 from spiral_core.design.margin import Constraint, Margin
+from spiral_core.design.payload import object_in_coil
 from spiral_core.design.requirement import DesignRequirement
 from spiral_core.errors import SpiralError
 from spiral_core.grip.capture import safe_shift
 from spiral_core.grip.grip import recommended_grip
 from spiral_core.grip.places import find_place
-from spiral_core.grip.setup import GripSetup, lay_into_coil
+from spiral_core.grip.setup import GripSetup
 from spiral_core.grip.window import grip_window
 from spiral_core.message import Message, Quantity
 
@@ -51,8 +52,7 @@ def close_on_objects(
             break
         told(Message("closing on {}", Quantity(radius, "m")))
         try:
-            reached = min(radius, exact.largest.radius)  # to rounding
-            setup = lay_into_coil(exact.gripper, reached, friction=friction)
+            setup = object_in_coil(exact.gripper, radius, friction)
         except SpiralError as error:
             closed.append(ClosedObject(radius, reason=str(error)))
             continue

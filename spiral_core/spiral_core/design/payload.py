@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,12 +12,24 @@ from spiral_core.design.requirement import DesignRequirement
 from spiral_core.errors import NotGrippableError, SolverError
 from spiral_core.grip.grip import PAYLOAD_SAFETY, Grip, solve_grip
 from spiral_core.grip.holding import Pull
-from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.setup import GripSetup, lay_into_coil
 from spiral_core.grip.window import grip_window
+from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 
 # Pressures at which the payload is judged, from the onset of the wrap to the last that may carry.
 LOOKED_AT = 4
+# An object that lies outside of the range by less than this fraction is the one at its end: the
+# range, solved up to another pressure, ends elsewhere by a tenth of this.
+ROUNDING = 1e-4
+
+
+def object_in_coil(gripper: Gripper, radius: float, friction: float) -> GripSetup:
+    """Return the setup of an object that a design wraps; see :func:`lay_into_coil`."""
+    curve = WrapCurve(replace(gripper, object_axis=None))
+    nearest = min(max(radius, curve.radius_min), curve.radius_max)
+    reached = nearest if abs(nearest - radius) < ROUNDING * radius else radius
+    return lay_into_coil(gripper, reached, friction=friction, curve=curve)
 
 
 def carried_mass(requirement: DesignRequirement, gripper: Gripper) -> float:
@@ -37,7 +50,7 @@ def carried_mass(requirement: DesignRequirement, gripper: Gripper) -> float:
 def _carried(gripper: Gripper, radius: float, friction: float) -> float:
     """Return the largest mass that is carried at a recommended pressure [kg]."""
     try:
-        window = grip_window(lay_into_coil(gripper, radius, friction=friction))
+        window = grip_window(object_in_coil(gripper, radius, friction))
         if window.onset_wrap is None:
             return 0.0
         allowed = Grip(window, (), {}).carrying_range
