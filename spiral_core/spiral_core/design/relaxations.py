@@ -73,14 +73,17 @@ def relaxations_of(
     # The limit at which a candidate that misses nothing else would do.
     for field, constraint in LIMITS.items():
         needed = [
-            (e.violated[constraint], e.candidate.label)
+            (e.violated[constraint], e.candidate)
             for e in nearest
             if e.violated.keys() == {constraint} and e.violated[constraint] > 0.0
         ]
-        if needed:
-            value, label = min(needed) if constraint.is_upper else max(needed)
+        needed.sort(key=lambda one: one[0], reverse=not constraint.is_upper)
+        for value, candidate in needed:
             sufficient = value * (1.0 + ROUNDING if constraint.is_upper else 1.0 - ROUNDING)
-            found.append(Relaxation(field, getattr(requirement, field), sufficient, label))
+            if _carries(_changed(requirement, field, sufficient), candidate):
+                requested = getattr(requirement, field)
+                found.append(Relaxation(field, requested, sufficient, candidate.label))
+                break
     of_smallest = [e for e in nearest if e.exact is not None and e.violated.keys() <= OF_SMALLEST]
     of_largest = [e for e in nearest if e.violated.keys() <= OF_LARGEST]
     found += [
@@ -133,13 +136,19 @@ def _least_change(
             without = requested, _least_room(evaluation.margins, field)
             value = _nearest(room, without, (good, room_good), guess)
             eased = _changed(requirement, field, value)
-            # One that meets all else carries the payload, if one is required.
-            if requirement.payload is None or solve_candidate(eased, candidate).feasible:
+            if _carries(eased, candidate):
                 good = value
                 best = Relaxation(field, requested, value, candidate.label)
                 if abs(requested - value) <= RESOLUTION * value:
                     break
     return best
+
+
+def _carries(eased: DesignRequirement, candidate: Candidate) -> bool:
+    """Return whether a candidate that meets all else carries the payload, if one is required."""
+    with suppress(SolverError):  # what cannot be certified is not offered
+        return eased.payload is None or solve_candidate(eased, candidate).feasible
+    return False
 
 
 def _changed(requirement: DesignRequirement, field: str, value: float) -> DesignRequirement:
