@@ -454,7 +454,11 @@ def _ball(closings: _Closings, region: CaptureRegion) -> tuple[float, CaptureOut
     shares = region.outline(boundaries) / np.maximum(region.smaller_limits, SMALLEST)
     sizes = [1.0, *np.linalg.norm(shares, axis=1).tolist()]
     nearest = int(np.argmin(sizes))
-    beyond = [CaptureOutcome.HOLDS, *(each.beyond for each in boundaries)][nearest]
+    # What limits the axes themselves, where the ball is no smaller than they are.
+    nearer = [min(ends, key=lambda end: end.fraction).beyond for ends in region.axes]
+    limited = [each for each in nearer if each is not CaptureOutcome.HOLDS]
+    along = (*limited, CaptureOutcome.HOLDS)[0]
+    beyond = [along, *(each.beyond for each in boundaries)][nearest]
     low, high = 0.0, sizes[nearest]
     at = high
     while high - low > 1.0 / BALL_STEPS:
