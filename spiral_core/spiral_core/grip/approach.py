@@ -409,8 +409,12 @@ def find_approaches(
     search = Search(task, executor, progress, dict(known or {}), keep)
     tried = search.screened(coarse=coarse)
     best = search.judged(tried, coarse=coarse)
-    approaches = []
-    for pose in distinct(task, best, REPORTED):
+    approaches: list[Approach] = []
+    while len(approaches) < REPORTED:
+        left = distinct(task, best, REPORTED)[len(approaches) :]
+        if not left or best[left[0]].refusal:
+            break
+        pose = left[0]
         try:
             point = gripped(task, pose)
         except REFUSALS as error:
