@@ -710,12 +710,14 @@ class Supply:
         """
         first = require_non_negative("start", start)
         last = require_non_negative("end", end)
+        if first == last:
+            return 0.0
         # Denser towards the end, where the flow may die.
         share = 1.0 - (1.0 - np.linspace(0.0, 1.0, SAMPLES)) ** 2
         pressures: Array = first + (last - first) * share
         inverse = np.empty(SAMPLES)
         for i, pressure in enumerate(pressures):
-            rate = self.rates(volume, float(pressure))[0 if last >= first else 1]
+            rate = self.rates(volume, float(pressure), max(first, last))[0 if last >= first else 1]
             inverse[i] = 1.0 / rate if rate > 0.0 else math.inf
         if not np.all(np.isfinite(inverse[:-1])):
             return math.inf
@@ -725,10 +727,13 @@ class Supply:
         steps = 0.5 * (inverse[1:] + inverse[:-1]) * np.abs(np.diff(pressures))
         return float(np.sum(steps))
 
-    def rates(self, volume: Volume, pressure: float) -> tuple[float, float]:
-        """Return how fast a gauge pressure rises and falls with the valve fully open [Pa/s]."""
+    def rates(self, volume: Volume, pressure: float, top: float = math.inf) -> tuple[float, float]:
+        """Return how fast a gauge pressure rises and falls with the valve fully open [Pa/s].
+
+        The volume is asked for up to a pressure ``top`` [Pa].
+        """
         step = max(10.0, 1e-4 * pressure)
-        low, high = max(0.0, pressure - step), pressure + step
+        low, high = max(0.0, pressure - step), min(pressure + step, top)
         stored = [
             (gauge + ATMOSPHERE) * (require_positive("volume", volume(gauge)) + self.dead_volume)
             for gauge in (low, high)
