@@ -72,6 +72,7 @@ def test_limits_outlines_and_margins_of_an_ellipsoid_are_its_own():
             assert np.all(np.abs(place - exact) <= coarse)
             assert boundary.beyond is CaptureOutcome.PASSES_BY
     assert 0.93 < region.ball <= 1.0
+    assert region_of(inside(inf)).ball_beyond is CaptureOutcome.PASSES_BY
     assert region.closings < 400
     assert region.margin(NOWHERE) == 1.0
     # Along each axis and between them.
