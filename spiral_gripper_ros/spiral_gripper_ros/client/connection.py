@@ -7,6 +7,7 @@ import itertools
 import os
 import time
 from collections.abc import Callable
+from functools import partial
 from queue import SimpleQueue
 from threading import Thread
 from typing import Any
@@ -69,7 +70,9 @@ class Connection:
         self.node = Node(name, namespace=namespace, context=self._own)
         self._executor = SingleThreadedExecutor(context=self._own)
         self._executor.add_node(self.node)
-        self._asked: SimpleQueue[tuple[float, SimpleQueue[BaseException | None]] | None]
+        self._asked: SimpleQueue[
+            tuple[Callable[[], object], SimpleQueue[BaseException | None]] | None
+        ]
         self._asked = SimpleQueue()
         self._spinner = Thread(target=self._spin, name="spiral_gripper_client", daemon=True)
         self._spinner.start()
@@ -95,21 +98,24 @@ class Connection:
             remaining = deadline - time.monotonic()
             if not remaining > 0.0:
                 return False
-            period = min(SPIN_PERIOD, remaining)
-            done: SimpleQueue[BaseException | None] = SimpleQueue()
-            self._asked.put((period, done))
-            error = done.get()
-            if isinstance(error, ExternalShutdownException):
-                time.sleep(INTERRUPT_DELAY)
-            if error is not None:
-                raise error
+            self.run(partial(self._executor.spin_once, min(SPIN_PERIOD, remaining)))
         return True
+
+    def run(self, function: Callable[[], object]) -> None:
+        """Call a function in the thread that spins, after what was asked of it before."""
+        done: SimpleQueue[BaseException | None] = SimpleQueue()
+        self._asked.put((function, done))
+        error = done.get()
+        if isinstance(error, ExternalShutdownException):
+            time.sleep(INTERRUPT_DELAY)
+        if error is not None:
+            raise error
 
     def _spin(self) -> None:
         while (asked := self._asked.get()) is not None:
-            period, done = asked
+            function, done = asked
             try:
-                self._executor.spin_once(period)
+                function()
             except BaseException as error:
                 done.put(error)
             else:

@@ -278,19 +278,25 @@ class SpiralGripper:
         """Send a goal in place of what runs; return whether it is accepted."""
         self._link.require(self._grasp.server_is_ready)
         self._goal = self._result = self._feedback = None
-        answer = self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback)
+        answers: list[Any] = []
+
+        def send() -> None:
+            answers.append(self._grasp.send_goal_async(goal, feedback_callback=self._on_feedback))
+
         try:
-            handle = self._link.answer(answer, "grasp")
+            self._link.run(send)  # where no interrupt comes between sending and knowing of it
+            handle = self._link.answer(answers[0], "grasp")
             self._heard = time.monotonic()
             if handle.accepted:
                 self._goal, self._result = handle, handle.get_result_async()
                 self._told = self._statuses
         except NoAnswerError as error:
-            self._late = LateCancel(answer)
+            self._late = LateCancel(*answers)
             late = "it may still start; it is canceled as soon as it answers; release() vents"
             raise NoAnswerError(f"{error.missing}: {late}", error.timeout) from None
         except BaseException:  # Ctrl-C: the node may have accepted what is not known here yet
-            self._goal, self._result, self._late = None, None, LateCancel(answer)
+            self._link.run(lambda: None)  # what was to be sent has been
+            self._goal, self._result, self._late = None, None, LateCancel(*answers)
             raise
         return bool(handle.accepted)
 
