@@ -102,6 +102,7 @@ class Calibration(Fit):
         errors: (m,) of each component: stated, and for a stated error of the pressure its share.
         jacobian: (m, p) derivatives of ``residuals`` by the parameters.
         excluded: places of the readings that a robust fit left out, the farthest first.
+        robust: whether it was one, though perhaps nothing had to be left out.
     """
 
     __repr__ = brief_repr
@@ -111,6 +112,7 @@ class Calibration(Fit):
     errors: Array
     jacobian: Array
     excluded: tuple[int, ...]
+    robust: bool
 
     @property
     def trial(self) -> Trial:
@@ -308,6 +310,7 @@ def calibrate(
         errors=problem.errors,
         jacobian=jacobian,
         excluded=excluded,
+        robust=robust,
     )
     _require_seen(calibration)
     return calibration

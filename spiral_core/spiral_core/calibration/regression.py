@@ -273,7 +273,7 @@ def studentized(
         own = owners == place
         others = fitted & ~own
         base, singular, directions = np.linalg.svd(columns[others], full_matrices=False)
-        seen = singular > UNSEEN_BY_OTHERS * singular[0]
+        seen = singular > UNSEEN_BY_OTHERS * singular.max(initial=0.0)
         base, turned = base[:, seen], columns[own] @ directions[seen].T / singular[seen]
         parts = base.T @ residuals[others]
         freedom = int(others.sum() - seen.sum())

@@ -89,7 +89,7 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
     pressure zero are predicted by any fit, and are not left out.
 
     Args:
-        calibration: the fit to repeat; readings that it left out stay out.
+        calibration: the fit to repeat, as robust; readings that it left out stay out.
 
     Raises:
         InvalidInputError: all readings were made at one pressure, or none could be predicted.
@@ -108,7 +108,8 @@ def leave_one_out(calibration: Calibration) -> CrossValidation:
     for group in groups:
         others = [reading for reading in readings if reading not in group]
         try:
-            fit = calibrate(calibration.model, others, start=calibration.values.tolist())
+            start, robust = calibration.values.tolist(), calibration.robust
+            fit = calibrate(calibration.model, others, robust=robust, start=start)
             predicted = iter(predict(fit.trial, group).tolist())
         except SpiralError:
             missed.append(group[0].pressure)

@@ -115,7 +115,7 @@ def rival_fits(
     with suppress(SpiralError):
         actuator = replace(calibration.model.actuator, curvature_form=form)
         model = replace(calibration.model, actuator=actuator)
-        rivals.append(calibrate(model, calibration.readings, robust=bool(calibration.excluded)))
+        rivals.append(calibrate(model, calibration.readings, robust=calibration.robust))
     limit = calibration.information_criterion + RIVAL_MAX
     return tuple(one for one in rivals if math.isinf(limit) or one.information_criterion < limit)
 
