@@ -530,9 +530,11 @@ def effective_errors(trial: Trial, readings: Sequence[Reading]) -> Array:
     own, errors = np.repeat([(r.error, r.pressure_error) for r in readings], counts, axis=0).T
     if not errors.any():
         return np.asarray(own)
-    limit = trial.actuation.pressure_limit
     low = [replace(r, pressure=r.pressure * (1.0 - PRESSURE_STEP)) for r in readings]
-    high = [replace(r, pressure=min(limit, r.pressure * (1.0 + PRESSURE_STEP))) for r in readings]
+    high = [
+        replace(r, pressure=min(on.pressure_limit, r.pressure * (1.0 + PRESSURE_STEP)))
+        for r, on in zip(readings, map(trial.actuation_for, readings), strict=True)
+    ]
     steps = [(b.pressure - a.pressure) or 1.0 for a, b in zip(low, high, strict=True)]
     # At zero pressure both are the same: slope 0.
     slopes = (predict(trial, high) - predict(trial, low)) / np.repeat(steps, counts)
