@@ -30,7 +30,7 @@ def measured_actuation_from_readings(
         readings: bend angles; and twists at the same pressures, or none at all for an actuator
             that does not twist (:math:`\alpha = -\beta`).
         tube_length: unstretched length of the gripper that the curve is for [m].
-        fibers: its fiber angles.
+        fibers: its wound fibers' angles; the single fiber is straight.
 
     Raises:
         InvalidInputError: readings of another kind, no twists for fibers that twist, twists at

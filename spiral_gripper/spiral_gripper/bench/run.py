@@ -204,10 +204,17 @@ def measured_curve(
     """Return the actuation curve that was measured.
 
     Raises:
-        InvalidInputError: the readings make no curve.
+        InvalidInputError: the readings make no curve, or a helical fiber coils the tube at rest.
     """
     readings = [reading for one in measurements for reading in one.readings]
     actuator = description.actuator
+    for fiber in actuator.single_fibers:
+        if fiber.angle != 0.0:
+            requirement = (
+                "0 for a curve from bend angles and twists: they do not tell the torsion that a "
+                "helical fiber has at rest"
+            )
+            raise InvalidInputError("single_angles", fiber.angle, requirement, "rad")
     return measured_actuation_from_readings(readings, actuator.tube.length, actuator.fiber_pair)
 
 
