@@ -37,6 +37,7 @@ from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import grip_window, sharp_onset
 from spiral_core.message import Message, Quantity
 from spiral_core.numerics.tasks import Progress
+from spiral_core.rod._mesh import element_count
 from spiral_core.rod.solve import solve_rod
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array, Section
@@ -335,7 +336,7 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
         SolverError: a shape could not be certified.
     """
     mounted: dict[float, tuple[Gripper, UnloadedShape, RodState]] = {}
-    state: RodState | None = None
+    state, elements = None, None
     found: list[float] = []
     for reading in readings:
         pressure = reading.pressure
@@ -354,13 +355,16 @@ def predict(trial: Trial, readings: Sequence[Reading]) -> Array:
                 raise InvalidInputError(
                     "gripper", None, "given: shapes and grips depend on the mount"
                 )
+            if elements is None:
+                of = (one for one in readings if isinstance(one, ShapeReading | GripReading))
+                shape = trial.actuation.unloaded_shape(max(one.pressure for one in of))
+                elements = element_count(trial.gripper.rod(shape), trial.gripper.load(shape))
             shape = trial.actuation.unloaded_shape(pressure)
-            # Each from the one before, with the same number of elements for every trial: so
-            # predictions depend smoothly on it.
+            # Each from the one before, all with the elements that the highest pressure takes.
             state = solve_rod(
                 trial.gripper.rod(shape),
                 trial.gripper.load(shape),
-                elements=None if state is None else len(state.arc_lengths) - 1,
+                elements=elements,
                 start=state,
                 estimate_error=False,
             )
