@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spiral_core.actuator.actuator import ActuationModel, Actuator, UnloadedShape
+from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw, UnloadedShape
 from spiral_core.actuator.curvature import shape_on_path
 from spiral_core.actuator.curve import PressurePanels
 from spiral_core.actuator.section import ShapePath, section_path, sideways_motion
@@ -326,9 +326,12 @@ def section_stiffness(actuation: FreeActuation, pressure: float) -> SectionStiff
     :math:`-\pi a^4 (d\Phi/dc) / \kappa_n^2`.
 
     Raises:
-        InvalidInputError: it has one wound family, or no single fiber.
+        InvalidInputError: it has one wound family, no single fiber, or the uniform law.
     """
     actuator = actuation.actuator
+    if actuator.pressure_law is not PressureLaw.SECTION:
+        requirement = "section: the even wall of the uniform law has no stiffness of its own"
+        raise InvalidInputError("pressure_law", actuator.pressure_law.value, requirement)
     actuator.fiber_pair  # noqa: B018 - refuses one family
     if not actuator.single_fibers:
         raise InvalidInputError("single_fibers", (), "one that makes the section bend")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from spiral_core.actuator.actuation import FreeActuation, section_stiffness
-from spiral_core.actuator.actuator import ActuationModel, Actuator, PressureLaw, UnloadedShape
+from spiral_core.actuator.actuator import ActuationModel, Actuator, UnloadedShape
 from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
@@ -207,9 +207,6 @@ def stiffness_from_section(actuator: Actuator, pressure: float) -> Section:
     """
     actuation = FreeActuation(actuator)
     shape = actuation.unloaded_shape(pressure)
-    if actuator.pressure_law is not PressureLaw.SECTION:
-        requirement = "section: the even wall of the uniform law has no stiffness of its own"
-        raise InvalidInputError("pressure_law", actuator.pressure_law.value, requirement)
     found = section_stiffness(actuation, pressure)
     slope = found.twist_per_curvature
     square = 1.0 / (1.0 + slope * slope)  # of d's component of bending
