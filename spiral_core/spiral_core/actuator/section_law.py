@@ -284,12 +284,12 @@ def section_branch(actuator: Actuator) -> Branch:
     nodes = [*(edge for edge in edges if edge < end), end]
     reached = [
         first_sign_change(Panels(edges, (room - excess).reshape(sizes.shape)), nodes)
-        for excess in motion.first[:, motion.first.max(axis=0) >= room].T
+        for excess in motion.first[:, np.nanmax(motion.first, axis=0) >= room].T
     ]
     full = min((size for size in reached if size is not None), default=None)
     if full is not None:
         end, limit = full * (1.0 - END_MARGIN), ActuationLimit.MATERIAL_LIMIT
-    if motion.first.max() >= NEAR_POLE * room:
+    if np.nanmax(motion.first) >= NEAR_POLE * room:
         kept = [edge for edge in edges if edge < 0.5 * end]
         graded = [end - (end - kept[-1]) * 0.5**k for k in range(1, POLE_PANELS)]
         edges = (*kept, *graded, end)
