@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -185,7 +185,7 @@ def _window(curve: WrapCurve, profile: ObjectProfile, start: float) -> tuple[flo
     end = start
     for _ in range(STARTS):
         thin, thick = profile.extremes(start, end)
-        if not (curve.radius_min <= thin and thick <= curve.radius_max):
+        if not _grippable(curve, thin, thick):
             return None
         needed = start + (curve.wrap_for_radius(thick).object_length_needed or 0.0)
         if needed > profile.end:
@@ -194,6 +194,12 @@ def _window(curve: WrapCurve, profile: ObjectProfile, start: float) -> tuple[flo
             return start, end
         end = needed
     return None
+
+
+def _grippable(curve: WrapCurve, thin: float, thick: float) -> bool:
+    """Return whether all radii from the thinnest to the thickest [m] can be gripped."""
+    within = curve.radius_min <= thin and thick <= curve.radius_max
+    return within and not any(thin < high and low < thick for low, high in curve.gaps)
 
 
 def _refusal(
@@ -221,17 +227,18 @@ def _refusal(
 
 def _grippable_parts(curve: WrapCurve, profile: ObjectProfile) -> list[tuple[float, float]]:
     """Return where the radii of an object are within the grippable range: start and end [m]."""
-    low, high = curve.radius_min, curve.radius_max
     positions, radii = profile.samples
     places = set(positions.tolist())
     rises = np.where(np.diff(radii) == 0.0, np.inf, np.diff(radii))
-    for bound in (low, high):  # where the straight lines between the samples cross it
+    # Where the straight lines between the samples cross a bound of the range or of a gap.
+    for bound in (curve.radius_min, curve.radius_max, *chain(*curve.gaps)):
         shares = (bound - radii[:-1]) / rises
         crossed = (shares > 0.0) & (shares < 1.0)
         places.update((positions[:-1] + shares * np.diff(positions))[crossed].tolist())
     parts: list[tuple[float, float]] = []
     for start, end in pairwise(sorted(places)):
-        if low <= profile.radius_at(0.5 * (start + end)) <= high:
+        radius = profile.radius_at(0.5 * (start + end))
+        if _grippable(curve, radius, radius):
             begin = parts.pop()[0] if parts and parts[-1][1] == start else start
             parts.append((begin, end))
     return parts or [(profile.start, profile.start)]
