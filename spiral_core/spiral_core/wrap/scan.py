@@ -200,13 +200,18 @@ def sample_pressures(gripper: Gripper) -> list[float]:
         InvalidInputError: there would be too many of them.
         NoCoilError: no pressure bends the gripper.
     """
-    fine = np.linspace(0.0, gripper.pressure_max, TABLE + 1)
-    shapes = [gripper.unloaded_shape(float(p)) for p in fine]
-    curvatures = np.array([s.curvature for s in shapes])
-    if not curvatures.max() > 0.0:
-        raise NoCoilError(0.0, gripper.turns_required, gripper.pressure_max)
-    closed = np.nonzero(curvatures * gripper.tube.outer_radius >= 1.0)[0]
-    end = int(closed[0]) if closed.size else TABLE
+    top = gripper.pressure_max
+    while True:
+        fine = np.linspace(0.0, top, TABLE + 1)
+        shapes = [gripper.unloaded_shape(float(p)) for p in fine]
+        curvatures = np.array([s.curvature for s in shapes])
+        if not curvatures.max() > 0.0:
+            raise NoCoilError(0.0, gripper.turns_required, gripper.pressure_max)
+        closed = np.nonzero(curvatures * gripper.tube.outer_radius >= 1.0)[0]
+        end = int(closed[0]) if closed.size else TABLE
+        if not 0 < end <= TABLE // 8:
+            break
+        top = float(fine[end])  # a far limit leaves few of the table's pressures below the end
     strains = np.column_stack((curvatures, [s.torsion for s in shapes]))[: end + 1]
     covered = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(strains, axis=0), axis=1))))
     turn = max(float(covered[-1]), strain_of(shapes[end])) * shapes[end].backbone_length
