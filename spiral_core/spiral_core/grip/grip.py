@@ -103,8 +103,8 @@ class Grip:
             InvalidInputError: this pull was not looked at.
         """
         if not self.forces.get(pull):
-            names = ", ".join(each.name for each in self.forces)
-            raise InvalidInputError("pull", pull.name, f"one that was computed: {names}")
+            names = ", ".join(each.name for each, found in self.forces.items() if found)
+            raise InvalidInputError("pull", pull.name, f"one that was computed: {names or 'none'}")
         return np.array([held.force for held in self.forces[pull]])
 
     @property
