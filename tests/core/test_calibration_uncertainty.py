@@ -42,6 +42,7 @@ def test_without_gravity_the_pressure_is_as_uncertain_as_the_constant():
         # Central differences of the search for the radius, which ends at 1e-10.
         relative = result.standard_error / result.pressure
         assert_allclose(relative, fit.standard_errors[0] / fit.values[0], 1e-4)
+        assert result.interval.low < result.pressure < result.interval.high
 
 
 @pytest.mark.slow
@@ -50,6 +51,7 @@ def test_draws_agree_with_the_linear_propagation():
     drawn = pressure_uncertainty_by_draws(fit, radii, seed=3, draws=120)
     for one, other in zip(pressure_uncertainty(fit, radii), drawn, strict=True):
         assert other.pressure == one.pressure
+        assert other.failed_draws == 0.0
         # The spread of 120 draws of Student's t is uncertain by some 8 %, and wider by 10 %.
         assert_allclose(other.standard_error, one.standard_error, 0.35)
     with ProcessPoolExecutor(2) as executor:
@@ -69,6 +71,7 @@ def test_the_error_of_the_pressure_is_that_of_the_slopes_though_nobody_knows_the
     # Of two constants that nearly cancel: a thousandth of the slopes is left of the differences.
     expected = np.sqrt(slopes @ fit.covariance @ slopes)
     assert_allclose(result.standard_error, expected, 0.01)
+    assert result.standard_error < 0.02 * result.pressure
 
 
 def test_the_error_is_known_up_to_the_pressure_limit():
@@ -96,6 +99,8 @@ def test_the_interval_covers_what_the_readings_cannot_tell_apart():
             (rival.interval, True),
         ):
             assert (interval.low <= true <= interval.high) is covers
+        (alone,) = pressure_uncertainty(fit, (0.02,), rivals=())
+        assert alone.interval == result.own_interval
 
 
 def test_what_cannot_be_answered_is_refused_and_draws_that_fail_are_told():

@@ -127,6 +127,10 @@ def test_an_object_where_only_the_straight_tube_would_run_is_closed_on():
 
 def test_a_grip_is_judged_where_the_tube_rests():
     setup, pressure = laid()
+    at_rest = next(closing_frames(setup, PressureCourse((0.0, 1.0), (2e4, 2e4)))).state
+    np.testing.assert_allclose(
+        at_rest.positions, slow_closing(setup, 2e4).state.positions, atol=1e-6 * LENGTH
+    )
     moving = close_on(setup, PressureCourse.ramp(2e4, pressure, 0.02))
     last, rest = moving.frames[-1], moving.grip_at_rest()
     assert np.abs(last.velocities).max() > 1e-3

@@ -32,7 +32,7 @@ from spiral_core import (
 )
 from spiral_core.grip import window as windows
 from spiral_core.grip.grip import RangeEnd, refine
-from spiral_core.grip.window import WindowEnd, follow_loss
+from spiral_core.grip.window import WindowEnd, follow_loss, sharp_onset
 from spiral_core.rod.state import RodEvent, RodPath
 from spiral_core.wrap.wrap import line_force
 from spiral_gripper import load_description, load_gripper
@@ -170,6 +170,9 @@ def test_a_window_is_the_same_by_other_stations():
 def test_a_curled_touch_before_the_perfect_wrap_is_not_the_window():
     found, curled = grip_window(random_setup(8)), window("lifts off")
     assert found.onset_wrap > 1.05 * curled.lift_off
+    assert grip_window(found.setup, until_wrapped=True).onset_wrap == found.onset_wrap
+    uncurls = grip_window(random_setup(10))
+    assert_allclose(sharp_onset(uncurls), uncurls.onset_wrap, 3e-3)
     assert found.at(1.01 * found.onset_wrap).regime is WrapRegime.PERFECT_WRAP
     assert found.lift_off is None
 
@@ -218,6 +221,7 @@ def test_what_is_said_to_be_carried_at_most_is_carried():
     light, least = np.interp((1.05 * onset, onset), found.pressures, found.normal_forces)
     asked = {"force_max": 1.01 * least}, {"force_max": 1e-6}, {"payload": 0.01, "force_max": light}
     answers = [said(lambda one=one: grip.recommended_pressure(**one)) for one in asked]
+    answers.append(said(solved(found, (Pull.DOWN,)).recommended_pressure, 0.01))
     with pytest.raises(NotGrippableError, match="no pressure holds") as refusal:
         grip.recommended_pressure(1.0)
     recorded("grip/carried", [*answers, str(refusal.value)])

@@ -81,7 +81,7 @@ def test_it_is_refined_until_every_answer_keeps_the_tolerance_or_it_is_full(monk
         (lambda radius: 1.0 + 10.0 * radius, {5}, 1.0),  # the middles only
         (lambda radius: 1.0 / radius, range(5, MOST_REFINED * 3), 1.0),
         # A jump that no table resolves.
-        (lambda radius: 1.0 if radius < 0.025 else 3.0, range(5, MOST_REFINED * 3), 0.9),
+        (lambda radius: 1.0 if radius < 0.025 else 3.0, {25}, 0.9),
     ):
         table = solved_table(monkeypatch, force, 3)
         radii = np.linspace(1.0001 * table.radii[0], 0.9999 * table.radii[-1], 500)
@@ -111,6 +111,7 @@ def test_where_radii_are_held_is_located_and_what_is_not_held_is_not_answered(mo
     held = [away(table, radius) is not None for radius in (0.015, 0.03 / (1.0 + EDGE), 0.0301)]
     assert held == [True, True, False]
     assert table.window(0.0301, 5.0e4) is None
+    assert table.window(table.nearest_held(0.03), 5.0e4)
 
 
 def test_next_to_radii_that_are_not_held_none_is_and_the_nearest_held_is_named():

@@ -14,7 +14,9 @@ from numpy.testing import assert_allclose
 from scipy.signal import argrelmax
 
 from spiral_core import (
+    CurvatureForm,
     Damping,
+    FreeActuation,
     PressureCourse,
     close_on,
     inertia_of,
@@ -125,6 +127,10 @@ def test_settling_after_moves_and_ramps_is_recorded():
     # The material's part is a small difference of compliances: two digits.
     swung = [part for one in swings for part in (one.material, one.air_inertial)]
     rough = [f"{one:.1e}" for one in (*times, *ramps, endless, *swung)]
+    # Its mass stays when it stretches.
+    exact = replace(gripper().actuation.actuator, curvature_form=CurvatureForm.EXACT)
+    stretched = replace(gripper(), actuation=FreeActuation(exact))
+    rough.append(f"{vibrations(stretched, 2e4, 1).frequencies[0]:.2e}")
     recorded("settling/times", [rough[:6], rough[6:], INERTIA])
 
 

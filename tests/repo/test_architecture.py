@@ -37,6 +37,7 @@ EDGE_FOLDERS = {
     "cli.ros": {"files", "studio", "cli"},
 }
 # The same for spiral_gripper_ros; control and planning know no ROS.
+LOW = {"control", "planning", "parameters", "messages", "process"}
 ROS_FOLDERS = {
     "": set(),
     "control": set(),
@@ -44,11 +45,11 @@ ROS_FOLDERS = {
     "parameters": {"control"},
     "messages": {"control", "planning"},
     "process": {"parameters"},
-    "runtime": {"control", "planning", "parameters", "messages", "process"},
-    "actions": {"control", "planning", "parameters", "messages", "process", "runtime"},
-    "node": {"control", "planning", "parameters", "messages", "process", "runtime", "actions"},
-    "regulators": {"control", "planning", "messages", "parameters", "process"},
-    "simulation": {"control", "planning", "parameters", "messages", "process"},
+    "runtime": LOW,
+    "actions": LOW | {"runtime"},
+    "node": LOW | {"runtime", "actions"},
+    "regulators": LOW,
+    "simulation": LOW,
     "client": {"control", "messages"},
     "tools": {"control", "messages", "process", "simulation", "client"},
 }

@@ -13,6 +13,7 @@ from subprocess import PIPE
 
 import pytest
 import rclpy
+from rclpy.action import ActionClient
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from repo.source_tree import ROOT
@@ -59,23 +60,27 @@ def test_it_works_inside_a_callback_of_another_node_and_leaves_its_context_alone
     assert seen[0] is rclpy.ok() is True
 
 
-def test_ctrl_c_never_strikes_in_the_midst_of_rclpy(slow, active, monkeypatch):
-    struck, spin_once = [], SingleThreadedExecutor.spin_once
+@pytest.mark.parametrize(
+    ("kind", "name"), [(SingleThreadedExecutor, "spin_once"), (ActionClient, "send_goal_async")]
+)
+def test_ctrl_c_never_strikes_in_the_midst_of_rclpy(slow, active, monkeypatch, kind, name):
+    """What was sent is known, and canceled."""
+    struck, call = [], getattr(kind, name)
 
-    def strike(*arguments):
+    def strike(*arguments, **options):
+        answer = call(*arguments, **options)
         if not struck:
             struck.append(True)
             signal.raise_signal(signal.SIGINT)
-        return spin_once(*arguments)
+        return answer
 
-    slow.wrap(0.02)
     with monkeypatch.context() as patch:
-        patch.setattr(SingleThreadedExecutor, "spin_once", strike)
+        patch.setattr(kind, name, strike)
         with pytest.raises(KeyboardInterrupt) as caught:
-            slow.wait(DEADLINE)
+            slow.wrap(0.02, timeout=600.0)
     assert strike.__name__ not in [frame.name for frame in traceback.extract_tb(caught.tb)]
-    slow.release()
-    assert active.wait_for_state(State.RELEASED)
+    assert slow.cancel()
+    assert active.wait_for_state(State.RELEASED, Reason.GRASP_CANCELED)
 
 
 @pytest.mark.usefixtures("grip")
