@@ -115,8 +115,8 @@ def scan_of(gripper: Gripper, pressures: list[float], path: RodPath) -> Scan:
     for pressure, state in zip(pressures, path.states, strict=True):
         shape = gripper.unloaded_shape(pressure)
         radius, axis = wrapped_radius(gripper, shape, state)
-        outer = gripper.tube.outer_radius
-        wraps.append(Wrap(pressure, radius, shape, state, axis, gripper.turns_required, outer))
+        turns = gripper.turns_required
+        wraps.append(Wrap(pressure, radius, shape, state, axis, turns, gripper.tube))
     return Scan(
         gripper,
         pressures,

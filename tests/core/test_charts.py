@@ -13,6 +13,8 @@ from core.recorded import recorded, said
 from numpy.testing import assert_allclose, assert_array_equal
 
 from spiral_core import (
+    CurvatureForm,
+    FreeActuation,
     InvalidInputError,
     PressureLaw,
     WrapCurve,
@@ -22,6 +24,7 @@ from spiral_core import (
 )
 from spiral_core.design import charts
 from spiral_core.design.charts import helix_range
+from spiral_core.design.helix_estimate import helix_grip
 
 HOOP = actuator(90.0, 60.0, pressure_law=PressureLaw.SECTION)
 
@@ -45,12 +48,17 @@ def test_design_space_of_hoop_windings_in_closed_form():
 
 def test_without_weight_rod_and_helix_agree_and_gravity_opens_the_coil_at_low_pressure():
     gripper = paper_gripper("P1")
-    rod = pressure_range(gripper.with_mount((0.0, 0.0, 0.0), None), points=9)
-    helix = helix_range(gripper, rod.pressure)
-    # The rod's discretization and the axis fitted to it.
-    assert_allclose(rod.radius, helix.radius, 0, 2e-5)
-    assert_allclose(rod.gripper_length, helix.gripper_length, 1e-3)
-    assert_allclose(rod.object_length, helix.object_length, 5e-3)
+    for form in CurvatureForm:
+        actuation = FreeActuation(replace(gripper.actuation.actuator, curvature_form=form))
+        gripper = replace(gripper, actuation=actuation, gravity=(0.0, 0.0, 0.0))
+        rod = pressure_range(gripper, points=9)
+        helix = helix_range(gripper, rod.pressure)
+        # The rod's discretization and the axis fitted to it.
+        assert_allclose(rod.radius, helix.radius, 0, 2e-5)
+        assert_allclose(rod.gripper_length, helix.gripper_length, 1e-3)
+        assert_allclose(rod.object_length, helix.object_length, 5e-3)
+        cut = helix_grip(actuation, helix.radius[-1], gripper.turns_required)
+        assert_allclose(helix.gripper_length[-1], cut.length_needed, 1e-6)
     limited = replace(paper_gripper("P2"), pressure_max=120e3)
     heavy = pressure_range(limited, points=33)
     light = helix_range(limited, heavy.pressure)

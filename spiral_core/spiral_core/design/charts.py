@@ -63,7 +63,7 @@ class PressureRange:
     Args:
         pressure: (n,) gauge pressure [Pa].
         radius: (n,) radius wrapped perfectly [m]; NaN where it does not coil.
-        gripper_length: (n,) gripper length that makes the required turns [m]; NaN likewise.
+        gripper_length: (n,) unstretched length that makes the required turns [m]; NaN likewise.
         object_length: (n,) object length that those turns cover [m]; NaN likewise.
     """
 
@@ -129,10 +129,9 @@ def design_space(
         end = min(stretch_max, locking - SHORT_OF_LOCKING * (locking - 1.0))
         stretches = np.linspace(1.0 + LEAST_STRAIN, end, points)
         shapes = [unloaded_shape_from_stretch(angled, stretch) for stretch in stretches.tolist()]
-        unstretched = np.array([tube.length / shape.backbone_length for shape in shapes])
         figures = _helix_figures(shapes, tube, turns_required)
         radius, length, object_length = (figure / tube.inner_radius for figure in figures)
-        spaces.append(DesignSpace(beta, stretches, radius, object_length, length * unstretched))
+        spaces.append(DesignSpace(beta, stretches, radius, object_length, length))
     return tuple(spaces)
 
 
@@ -178,14 +177,15 @@ def helix_range(gripper: Gripper, pressures: Array) -> PressureRange:
 def _helix_figures(
     shapes: Sequence[UnloadedShape], tube: Tube, turns: float
 ) -> tuple[Array, Array, Array]:
-    """Return radius, length along the helix and object length of some turns [m], (n,) each."""
+    """Return radius, unstretched length and object length of some turns [m], (n,) each."""
     helices = [Helix(shape.curvature, shape.torsion) for shape in shapes]
     outer = tube.outer_radius
     rows = [
         (h.object_radius(outer), h.length_for_turns(turns), h.object_length(turns)) for h in helices
     ]
     radius, length, object_length = np.array(rows).T
-    return radius, length, object_length
+    unstretched = np.array([tube.length / shape.backbone_length for shape in shapes])
+    return radius, length * unstretched, object_length
 
 
 def regime_chart(

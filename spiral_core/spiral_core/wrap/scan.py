@@ -162,8 +162,8 @@ class PressureScan:
         gripper = self.gripper
         shape = gripper.unloaded_shape(pressure) if shape is None else shape
         radius, axis = wrapped_radius(gripper, shape, state)
-        turns, outer = gripper.turns_required, gripper.tube.outer_radius
-        return Wrap(float(pressure), radius, shape, state, axis, turns, outer)
+        turns = gripper.turns_required
+        return Wrap(float(pressure), radius, shape, state, axis, turns, gripper.tube)
 
 
 def _track(solved: Sequence[tuple[float, RodState]]) -> Track:

@@ -20,6 +20,7 @@ from functools import cached_property
 import numpy as np
 
 from spiral_core.actuator.actuator import UnloadedShape
+from spiral_core.actuator.tube import Tube
 from spiral_core.brief import brief_repr
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Section, Vector
@@ -54,7 +55,7 @@ class Wrap:
         state: the shape, with its certificate.
         axis: of that cylinder, a unit vector that points the way the coil advances.
         turns_required: turns about the object that count as a wrap.
-        outer_radius: of the gripper's tube [m].
+        tube: of the gripper.
     """
 
     __repr__ = brief_repr
@@ -65,7 +66,12 @@ class Wrap:
     state: RodState
     axis: Vector
     turns_required: float
-    outer_radius: float
+    tube: Tube
+
+    @property
+    def outer_radius(self) -> float:
+        """Of the gripper's tube [m]."""
+        return self.tube.outer_radius
 
     @cached_property
     def coil(self) -> Coil:
@@ -84,11 +90,12 @@ class Wrap:
 
     @cached_property
     def gripper_length_needed(self) -> float | None:
-        """Length of gripper that makes the required turns, counted from the tip [m].
+        """Unstretched length of gripper that makes the required turns, counted from the tip [m].
 
         None if it makes fewer.
         """
-        return self.coil.length_for_turns(self.turns_required)
+        needed = self.coil.length_for_turns(self.turns_required)
+        return needed and needed * self.tube.length / self.unloaded_shape.backbone_length
 
     @cached_property
     def object_length_needed(self) -> float | None:
