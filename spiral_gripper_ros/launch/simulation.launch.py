@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import os
+
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction, Shutdown
 from launch.conditions import IfCondition
@@ -66,6 +68,7 @@ def node_and_simulator(context: LaunchContext) -> list[object]:
                     **values,
                 }
             ],
+            additional_env={"SPIRAL_GRIPPER_STARTED_BY": str(os.getpid())},
             on_exit=[OpaqueFunction(function=end_without_simulator)],
         ),
     ]

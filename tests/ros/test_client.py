@@ -42,9 +42,11 @@ def test_wrap_wait_rearm_release_and_press(grip, active):
     assert all_finite(grip.feedback(), grip.status)
     with pytest.raises(RequestRefusedError, match="rearm is refused"):
         grip.rearm()
+    assert grip.planned.plan
     grip.release()
     wait_until(lambda: grip.status.state == State.RELEASED)
     grip.rearm()
+    wait_until(lambda: not grip.planned.plan)
 
 
 def test_polling_sees_the_way_a_short_wait_ends_nothing_and_cancel_holds_if_it_is_to(

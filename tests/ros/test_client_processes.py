@@ -106,6 +106,7 @@ try:
     gripper.wait(600.0)
 finally:
     gripper.release()
+    assert gripper.is_done() and gripper.cancel() is False
 """
 
 

@@ -75,6 +75,7 @@ FILES = """
 /left/spiral_*: {pressure.cap: 2.0e4}
 spiral_gripper: {pressure.cap: 2.0e4}
 /left/other: {pressure.cap: 2.0e4}
+/left/helper: {pressure.cap: 2.0e4}
 /*: {pressure.cap: 2.0e4}
 /left: {pressure.cap: 2.0e4}
 /**/left/spiral_gripper: {pressure: {cpa: 2.0e4}, gripper: p1}
@@ -89,14 +90,16 @@ ARGUMENTS = """
 --ros-args -p camera:=1
 --ros-args --param spiral_gripper:camera:=1
 --ros-args -p other:camera:=1
+--ros-args -p seed:=1 -p helper:seed:=1
+--ros-args -p spiral_gripper:seed:=1 -p helper:gripper:=p1
 --ros-args -r a:=b -- -p camera:=2
 -p camera:=1
 --ros-args --params-file none.yaml
 """
 
 
-def judge(*arguments, known=("pressure.cap", "gripper")):
-    return judge_given_parameters(arguments, [NODE], known)
+def judge(*arguments, known=("pressure.cap", "gripper", "use_sim_time")):
+    return judge_given_parameters(arguments, {NODE: known, "/left/helper": ["seed"]})
 
 
 def test_what_is_given_at_start_is_judged_as_on_record(tmp_path, monkeypatch):

@@ -45,6 +45,12 @@ def test_control_c_at_the_very_start_is_no_failure(simulation):
     assert rest_of(simulation, signal.SIGINT)[0] == 0
 
 
+def test_nothing_runs_on_after_the_command_was_killed(simulation):
+    line_with(simulation, "inject leak")
+    simulation.kill()
+    rest_of(simulation)
+
+
 @pytest.mark.slow
 def test_a_process_that_ends_by_itself_is_an_error_and_its_log_is_shown(simulation):
     line_with(simulation, WRAPPED)

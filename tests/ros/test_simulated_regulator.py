@@ -83,7 +83,7 @@ def test_what_is_no_command_feeds_no_watchdog_and_only_a_command_of_nothing_ends
         regulator.step(0.1)
         assert (regulator.report() is None) is (bad is None)
     assert regulator.refused == (0 if bad is None else 20)
-    regulator.fault = Fault.NONE
+    regulator.fault, regulator.model = Fault.NONE, replace(MODEL, watchdog_timeout=60.0)
     assert not regulator.command(2.0e4)
     assert (regulator.target, regulator.pressure < 1.0) == (0.0, True)
     assert regulator.command(0.0)

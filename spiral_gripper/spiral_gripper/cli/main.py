@@ -22,7 +22,7 @@ from typing import Any
 import click
 
 from spiral_gripper.cli.group import Group, NoCommandError
-from spiral_gripper.cli.workers import interrupt_between_steps
+from spiral_gripper.cli.workers import interrupt_between_steps, interrupt_once
 
 NO_ANSWER = 2
 # Commands that print what they have computed when they are interrupted.
@@ -139,8 +139,9 @@ def main() -> None:
         # exception while numba packs the result of a kernel would end in a segmentation fault.
         if command in STEPWISE:
             interrupt_between_steps()
-        elif command not in COMMANDS or not COMMANDS[command].startswith("ros."):
-            signal.signal(signal.SIGINT, signal.SIG_DFL)
+        else:
+            of_ros = COMMANDS.get(command, "").startswith("ros.")
+            signal.signal(signal.SIGINT, interrupt_once if of_ros else signal.SIG_DFL)
     gc.set_threshold(NEW_OBJECTS)
     atexit.register(gc.freeze)  # else Python looks through all objects once more before it ends
     sys.exit(run(sys.argv[1:]))

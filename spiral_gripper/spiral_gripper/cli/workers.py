@@ -28,6 +28,12 @@ def interrupt_between_steps() -> None:
     signal.signal(signal.SIGINT, note)
 
 
+def interrupt_once(*_: object) -> None:
+    """Raise KeyboardInterrupt at the first Ctrl-C; more must not spoil what it cancels and ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
 def core_count() -> int:
     """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):

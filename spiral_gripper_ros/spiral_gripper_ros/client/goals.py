@@ -21,6 +21,8 @@ _ABORT_POLICIES = {
     AbortPolicy.VENT: Grasp.Goal.ABORT_VENT,
     AbortPolicy.HOLD: Grasp.Goal.ABORT_HOLD,
 }
+# A node that was started again; it sends an empty result.
+UNKNOWN_GOAL = "the node no longer knows the goal"
 _OUTCOMES = {
     GoalStatus.STATUS_SUCCEEDED: WrapOutcome.SUCCEEDED,
     GoalStatus.STATUS_CANCELED: WrapOutcome.CANCELED,
@@ -86,7 +88,7 @@ def result_of_wrap(response: Any) -> WrapResult:  # noqa: ANN401
     return WrapResult(
         outcome=_OUTCOMES.get(response.status, WrapOutcome.FAILED),
         reason=Reason(result.reason),
-        message=result.message or "the node no longer knows the goal",
+        message=result.message or UNKNOWN_GOAL,
         pressure_command=result.pressure_command,
         measured_pressure=known(result.measured_pressure),
         elapsed=result.elapsed,

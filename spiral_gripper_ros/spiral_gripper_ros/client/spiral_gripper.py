@@ -72,15 +72,15 @@ class SpiralGripper:
         self._statuses = 0
         self._status: GripStatus | None = None
         self._planned: Wrap | None = None
-        self._goal: Any = None
-        self._result: Future | None = None
-        self._late = LateCancel()
-        self._feedback: Grasp.Feedback | None = None
         self._told = 0  # statuses heard when last told of the wrap
         self._probed_at: float | None = None
         self._connect()
 
     def _connect(self) -> None:
+        self._goal: Any = None
+        self._result: Future | None = None
+        self._late = LateCancel()
+        self._feedback: Grasp.Feedback | None = None
         self._link = Connection(self._namespace, self._answer_timeout, self._missing)
         node = self._link.node
         self._grasp = ActionClient(node, Grasp, "grasp")
@@ -141,9 +141,9 @@ class SpiralGripper:
     def planned(self) -> Wrap | None:
         """What is planned for the object in use and what holds it; None without a message.
 
-        Takes up to a tenth of a second.
+        Takes a tenth of a second.
         """
-        self._link.spin_until(lambda: self._planned is not None, GLANCE)
+        self._link.spin_until(lambda: False, GLANCE)
         return self._planned
 
     def plan(
@@ -187,7 +187,8 @@ class SpiralGripper:
     def release(self) -> None:
         """Vent; the gripper stays vented until `rearm` or the next wrap.
 
-        It does so even after ROS was shut down in this program, as by rclpy's own Ctrl-C.
+        It does so even after ROS was shut down in this program, as by rclpy's own Ctrl-C; what was
+        being wrapped is then forgotten here.
 
         Raises:
             NoAnswerError: the node does not answer.

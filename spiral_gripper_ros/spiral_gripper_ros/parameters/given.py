@@ -8,10 +8,10 @@ be lost.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from itertools import zip_longest
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -34,55 +34,51 @@ class Findings:
     warnings: list[str] = field(default_factory=list)
 
 
-def judge_given_parameters(
-    args: Sequence[str], nodes: Sequence[str], known: Collection[str]
-) -> Findings:
+def judge_given_parameters(args: Sequence[str], nodes: Mapping[str, Collection[str]]) -> Findings:
     """Return what is wrong with the parameters that a command line gives to some nodes.
 
     Args:
         args: of the process.
-        nodes: full names of the process's nodes.
-        known: names of their parameters.
+        nodes: names of the parameters of each of the process's nodes, by the node's full name.
 
     Example:
         >>> given = ["--ros-args", "-p", "presure_cap:=2e4"]
-        >>> judge_given_parameters(given, ["/spiral_gripper"], ["pressure.cap"]).errors
+        >>> judge_given_parameters(given, {"/spiral_gripper": ["pressure.cap"]}).errors
         ['presure_cap is not a parameter of this node; did you mean pressure.cap?']
     """
-    findings = Findings()
+    findings, own = Findings(), {name.rpartition("/")[2]: known for name, known in nodes.items()}
     for option, value in _options(args):
         if option == "--params-file":
-            _judge_file(Path(value), nodes, known, findings)
+            _judge_file(Path(value), nodes, findings)
             continue
         target, separator, name = value.partition(":=")[0].rpartition(":")  # node:name:=value
-        own = [node.rpartition("/")[2] for node in nodes]
         if separator and target not in own:
             findings.errors.append(f"{target} is no node of this process: {', '.join(own)}")
         else:
-            findings.errors += _unknown([name], known)
+            findings.errors += _unknown([name], [own[target]] if target else own.values())
     return findings
 
 
-def _judge_file(
-    path: Path, nodes: Sequence[str], known: Collection[str], findings: Findings
-) -> None:
+def _judge_file(path: Path, nodes: Mapping[str, Collection[str]], findings: Findings) -> None:
     try:
         content = YAML(typ="safe").load(path)
     except (OSError, YAMLError) as error:
         findings.errors.append(f"{path} cannot be read: {error}")
         return
     sections = list(_sections(content, ""))
-    applied = [(key, names) for key, names in sections if _applies(key, nodes)]
+    applied = False
+    for key, names in sections:
+        tables = [known for node, known in nodes.items() if _applies(key, node)]
+        applied = applied or bool(tables)
+        problems = [f"{path}: {problem}" for problem in _unknown(names, tables)] if tables else []
+        is_for_all = set(key) <= {"/", "*"}
+        (findings.warnings if is_for_all else findings.errors).extend(problems)
     if not applied:
         keys = ", ".join(key for key, _ in sections) or "nothing"
         findings.errors.append(
             f"{path} has no parameters for {' or '.join(nodes)}, only for {keys}; "
-            f"/**/{nodes[0].rpartition('/')[2]} names the node in any namespace"
+            f"/**/{next(iter(nodes)).rpartition('/')[2]} names the node in any namespace"
         )
-    for key, names in applied:
-        problems = [f"{path}: {problem}" for problem in _unknown(names, known)]
-        is_for_all = set(key) <= {"/", "*"}
-        (findings.warnings if is_for_all else findings.errors).extend(problems)
 
 
 def _options(args: Sequence[str]) -> Iterator[tuple[str, str]]:
@@ -115,17 +111,17 @@ def _names(values: Any, prefix: str = "") -> Iterator[str]:  # noqa: ANN401
             yield f"{prefix}{name}"
 
 
-def _applies(pattern: str, nodes: Sequence[str]) -> bool:
-    """Return whether a section is for one of some nodes; ``**`` stands for any namespaces."""
+def _applies(pattern: str, node: str) -> bool:
+    """Return whether a section is for a node; ``**`` stands for any namespaces."""
     name = re.escape(pattern).replace(r"/\*\*", "(/[^/]+)*").replace(r"\*", "[^/]+")
-    return any(re.fullmatch(name, node) for node in nodes)
+    return re.fullmatch(name, node) is not None
 
 
-def _unknown(names: Sequence[str], known: Collection[str]) -> list[str]:
-    """Return a line for each name that is not known."""
-    problems = []
+def _unknown(names: Sequence[str], tables: Iterable[Collection[str]]) -> list[str]:
+    """Return a line for each name that is in no table."""
+    problems, known = [], list(chain(*tables))
     for name in names:
-        if name in known or name == "use_sim_time" or name.startswith("qos_overrides"):
+        if name in known or name.startswith("qos_overrides"):
             continue
         near = get_close_matches(name, known, n=1)
         hint = f"; did you mean {near[0]}?" if near else ""

@@ -10,6 +10,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import IO
 
+from spiral_gripper_ros.process.stop_signals import STARTED_BY
+
 NODE = "spiral_gripper_ros.node.main"
 SIMULATOR = "spiral_gripper_ros.simulation.main"
 # How long a node may take from a stop signal to its end [s]: the vent's acknowledgment takes at
@@ -44,7 +46,7 @@ class NodeProcess(subprocess.Popen[bytes]):
             given += ["-p", f"{name}:={value}"]
         super().__init__(
             given,
-            env={**os.environ, **(environment or {})},
+            env={**os.environ, STARTED_BY: str(os.getpid()), **(environment or {})},
             stdout=output,
             stderr=None if output is None else subprocess.STDOUT,
         )

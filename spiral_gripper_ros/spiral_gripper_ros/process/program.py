@@ -138,7 +138,7 @@ def _run(program: Program[MadeT], signals: StopSignals, given: list[str]) -> int
         nodes: Sequence[Any] = getattr(made, "nodes", (made,))
         executor = SingleThreadedExecutor()
         try:
-            if not _parameters_are_known(given, nodes, program):
+            if not _parameters_are_known(given, nodes):
                 return 1
             gc.enable()
             for node in nodes:
@@ -163,15 +163,12 @@ def choose_transport(environ: MutableMapping[str, str]) -> None:
         environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
 
 
-def _parameters_are_known(
-    given: Sequence[str], nodes: Sequence[Any], program: Program[MadeT]
-) -> bool:
+def _parameters_are_known(given: Sequence[str], nodes: Sequence[Any]) -> bool:
     """Return whether every parameter given at start exists; the log says which does not."""
     from spiral_gripper_ros.parameters.given import judge_given_parameters
 
-    known = [spec.name for table in program.parameters().values() for spec in table]
-    names = [node.get_fully_qualified_name() for node in nodes]
-    findings = judge_given_parameters(given, names, known)
+    known = {node.get_fully_qualified_name(): node.list_parameters([], 0).names for node in nodes}
+    findings = judge_given_parameters(given, known)
     for warning in findings.warnings:
         nodes[0].get_logger().warning(warning)
     for error in findings.errors:

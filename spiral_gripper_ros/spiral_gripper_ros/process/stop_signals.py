@@ -14,8 +14,8 @@ from types import FrameType
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 
 
-# Variable in which a launch file states the id of its process: if that process ends before this one
-# can look for it, nothing else shows it.
+# Variable in which a launch file or a command states the id of its process: if that process ends
+# before this one can look for it, nothing else shows it.
 STARTED_BY = "SPIRAL_GRIPPER_STARTED_BY"
 
 

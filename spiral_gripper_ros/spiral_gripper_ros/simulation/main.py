@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from spiral_gripper_ros.process.program import run
+from spiral_gripper_ros.process.stop_signals import STARTED_BY, Parent
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.parameters.spec import ParameterSpec
@@ -35,6 +37,9 @@ class SimulatorProgram:
     executable = "spiral_gripper_simulator"
     about = ABOUT
 
+    def __init__(self) -> None:
+        self._parent = Parent() if STARTED_BY in os.environ else None
+
     def make(self) -> Simulator:
         """Make the simulator."""
         from spiral_gripper_ros.simulation.simulator import Simulator
@@ -52,10 +57,10 @@ class SimulatorProgram:
         }
 
     def spin(self, simulator: Simulator, loop: GuardedLoop, signals: StopSignals) -> int:
-        """Simulate until a stop is requested."""
+        """Simulate until a stop is requested, or the process that started this one has gone."""
         del simulator
         signals.defer()
-        while not signals.requested:
+        while not signals.requested and not (self._parent and self._parent.has_gone):
             loop.turn()
         return 0
 

@@ -110,6 +110,8 @@ class SimulatedRegulator:
         fault: may be changed at any time.
         pressure: gauge pressure in the gripper, as it really is [Pa].
         refused: commands that it could not take.
+        watchdog_vented: whether it vents because commands have stopped, and none of 0 Pa has come
+            since.
 
     Example:
         >>> regulator = SimulatedRegulator(SimulatedRegulatorParameters())
@@ -130,22 +132,13 @@ class SimulatedRegulator:
         self.pressure = 0.0
         self._command: float | None = None
         self._silence = 0.0
-        self._latched = False
+        self.watchdog_vented = False
         self.refused = 0
 
     @property
     def target(self) -> float:
         """What it aims for [Pa]."""
         return 0.0 if self._command is None or self.watchdog_vented else self._command
-
-    @property
-    def watchdog_vented(self) -> bool:
-        """Whether it vents because commands have stopped, and none of 0 Pa has come since."""
-        return self._latched or self._is_silent
-
-    @property
-    def _is_silent(self) -> bool:
-        return self._command is not None and self._silence >= self.model.watchdog_timeout
 
     def command(self, pressure: float) -> bool:
         """Hear a command [Pa]; return whether it is taken.
@@ -159,9 +152,9 @@ class SimulatedRegulator:
         if not 0.0 <= pressure <= self.model.supply_pressure:  # NaN neither
             self.refused += 1
             return False
-        self._latched = self.watchdog_vented and pressure != 0.0
+        self.watchdog_vented = self.watchdog_vented and pressure != 0.0
         self._command, self._silence = pressure, 0.0
-        return not self._latched
+        return not self.watchdog_vented
 
     def step(self, duration: float) -> None:
         """Let a time [s] >= 0 pass; how it is cut into steps makes no difference.
@@ -170,13 +163,13 @@ class SimulatedRegulator:
             InvalidInputError: the time is negative or not finite.
         """
         remaining = require_non_negative("duration", duration)
-        if self._command is not None and not self._is_silent:
-            heard = min(remaining, self.model.watchdog_timeout - self._silence)
+        if self._command is not None and not self.watchdog_vented:
+            left = max(self.model.watchdog_timeout - self._silence, 0.0)
+            heard = min(remaining, left)
             self._flow(heard)
-            # The sum may round to just below the time-out, and never get past it.
-            ends = heard < remaining
-            self._silence = self.model.watchdog_timeout if ends else self._silence + heard
+            self._silence += heard
             remaining -= heard
+            self.watchdog_vented = heard == left
         self._flow(remaining)
 
     def report(self) -> float | None:

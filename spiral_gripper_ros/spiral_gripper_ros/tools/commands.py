@@ -15,6 +15,7 @@ from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import Grip, GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError, WrapOutcome, no_node_in
 from spiral_gripper_ros.client.connection import Connection
+from spiral_gripper_ros.client.goals import UNKNOWN_GOAL
 from spiral_gripper_ros.client.spiral_gripper import SpiralGripper
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known
@@ -25,6 +26,8 @@ from spiral_gripper_ros.tools.watcher import Watcher
 DISCOVERY_TIMEOUT = 10.0
 # Between two looks at what the node does [s].
 SHOW_PERIOD = 0.1
+# After so long a result is asked for again: a node that was started again knows no goal [s].
+ASK_AGAIN = 2.0
 # Reasons that a user caused on purpose.
 _NO_TROUBLE = (Reason.NONE, Reason.NO_RADIUS, Reason.RELEASED)
 
@@ -159,15 +162,15 @@ def release(namespace: str, timeout: float | None) -> Answer:
         # One that is no number is sent as it is: the node vents all the same, and says so.
         goal = Release.Goal(timeout=[] if timeout is None else [timeout])
         handle = link.answer(action.send_goal_async(goal), "release")
-        ended = handle.get_result_async()
-        while not link.spin_until(ended.done, SHOW_PERIOD):
+        while not link.spin_until((ended := handle.get_result_async()).done, ASK_AGAIN):
             if not action.server_is_ready():
                 raise NoAnswerError("the node has gone before it said that it has vented", 0.0)
         result = ended.result().result
     finally:
         action.destroy()
         link.close()
-    return Answer(bool(result.success), [node_text(result.message)], _document(result))
+    lines = [node_text(result.message or UNKNOWN_GOAL)]
+    return Answer(bool(result.success), lines, _document(result))
 
 
 def status(namespace: str) -> Answer:

@@ -30,8 +30,9 @@ def plan_by_new_node(gripper: str, radius: float) -> str:
     namespace, start = f"/spiral_gripper_doctor_{os.getpid()}", time.monotonic()
     with tempfile.TemporaryFile("w+", errors="replace") as log:
         try:
+            given = {"gripper": json.dumps(gripper), "exit_with_parent": True}
             with (
-                NodeProcess(namespace, {"gripper": json.dumps(gripper)}, output=log),
+                NodeProcess(namespace, given, output=log),
                 SpiralGripper(namespace) as client,
             ):
                 client.wait_until_active(START_TIMEOUT)

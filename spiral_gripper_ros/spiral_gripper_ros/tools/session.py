@@ -55,7 +55,7 @@ def run_session(
         closing(watched(space)) as watcher,
         tempfile.TemporaryFile("w+") as log,
         NodeProcess(space, given | settings, output=log, module=SIMULATOR) as simulator,
-        NodeProcess(space, given, output=log) as node,
+        NodeProcess(space, given | {"exit_with_parent": True}, output=log) as node,
     ):
         for line in lines:
             say(line)
