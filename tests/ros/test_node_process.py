@@ -42,7 +42,7 @@ def test_a_node_ends_if_what_launched_it_has_ended_before_it_could_look(namespac
     launch = subprocess.Popen([*PYTHON, ""])
     launch.wait()
     environment = {STARTED_BY: str(launch.pid)}
-    with RunningNode(namespace, {"exit_with_parent": "true"}, environment=environment) as node:
+    with RunningNode(namespace, {"exit_with_parent": True}, environment=environment) as node:
         assert node.wait(START_DEADLINE) == 0
         assert "the process that started this one has gone" in node.log()
     for running in (str(os.getpid()), "not a number"):

@@ -58,14 +58,14 @@ def test_a_node_that_has_commanded_nothing_vents_nothing(client, namespace, tmp_
     broken.write_text("name: [")
     with RunningNode(namespace, {"gripper": str(broken)}) as node:
         assert node.wait(START_DEADLINE) == 1
-    with RunningNode(namespace, {"autostart": "false", "gripper": str(broken)}) as node:
+    with RunningNode(namespace, {"autostart": False, "gripper": str(broken)}) as node:
         assert not client.transition("configure")
         client.change("gripper", "paper_design_70")
         client.wait_until(lambda: client.count_publishers("pressure_command") == 1, "its topic")
         for transition in ("configure", "cleanup", "configure", "inactive_shutdown"):
             assert client.transition(transition)
         assert node.stop() == 0
-    with RunningNode(namespace, {"autostart": "false"}) as node:
+    with RunningNode(namespace, {"autostart": False}) as node:
         assert client.transition("configure")
         assert not client.rearm().success
         client.change("gripper", "prototype_p1")

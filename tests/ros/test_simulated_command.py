@@ -3,6 +3,7 @@
 
 import os
 import shlex
+import shutil
 import signal
 import subprocess
 from pathlib import Path
@@ -13,6 +14,7 @@ from ros.programs import PROGRAM, line_with, rest_of, start
 from spiral_gripper.cli.main import run
 from spiral_gripper.cli.ros import side as ros_side
 from spiral_gripper.cli.ros import simulate as cli_simulate
+from spiral_gripper.files.catalog import GRIPPERS
 from spiral_gripper_ros.simulation.radius_estimator import RadiusParameters
 from spiral_gripper_ros.simulation.regulator import Fault
 from spiral_gripper_ros.tools.injection import injection_name
@@ -22,8 +24,9 @@ WRAPPED = r"\d +\d+\.\d\d +perfect wrap  yes"
 VENTED = "vented; node and simulator have ended"
 
 
-def test_it_runs_for_its_duration_and_ends_vented():
-    with start(PROGRAM, "simulate", "--duration", "1", "--noise", "0.01 mm") as process:
+def test_it_runs_for_its_duration_and_ends_vented(tmp_path):
+    path = shutil.copy(GRIPPERS.path / "prototype_p1.yaml", tmp_path / 'it\'s "1" #🐙: .yaml')
+    with start(PROGRAM, "simulate", path, "--duration", "1", "--noise", "0.01 mm") as process:
         code, said = rest_of(process)
     assert (code, said.rstrip().endswith(VENTED), "\x1b" in said) == (0, True, False), said
 

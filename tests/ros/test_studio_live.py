@@ -16,7 +16,9 @@ from spiral_gripper.studio.live import HoldingFigures, NodeState, live_text
 def test_what_is_said_of_a_node_is_that_on_record():
     held = HoldingFigures(contact_length=0.1, normal_force=1.5, away=0.22, towards=0.31)
     scene = np.zeros((2, 3)), 0.005, None
-    state = NodeState(0.0, "tracking", 5.0e4, 5.7e4, 5.1e4, 0.02, "overhang", held, (), *scene)
+    state = NodeState(
+        0.0, "tracking", 5.0e4, 5.7e4, 5.1e4, 0.02, "overhang", held, ("<i> > 1",), *scene
+    )
     agrees("live", live_text(state))
 
 

@@ -10,7 +10,7 @@ import viser
 from spiral_core import SpiralError
 from spiral_gripper.files.catalog import read_description_text
 from spiral_gripper.files.description import GripperDescription
-from spiral_gripper.files.shown import shown_message
+from spiral_gripper.studio.words import plain
 
 
 class FileFolder:
@@ -44,5 +44,5 @@ class FileFolder:
         try:
             use()
         except SpiralError as error:
-            lines = "\n".join(f"- {line.strip()}" for line in shown_message(error).splitlines())
+            lines = "\n".join(f"- {line.strip()}" for line in plain(error).splitlines())
             self._said.content = f"**Not used:**\n\n{lines}"

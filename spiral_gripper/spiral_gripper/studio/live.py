@@ -14,6 +14,7 @@ from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper.files.shown import axis_label, in_units, shown
 from spiral_gripper.studio.charts import DARK, RED, add_chart
 from spiral_gripper.studio.scene import FAINT, OPAQUE, Scene
+from spiral_gripper.studio.words import plain
 
 # The chart shows so much of the past [s].
 PAST = 60.0
@@ -96,12 +97,12 @@ class LivePage:
             return
         if heard.age < SILENCE:
             self._note(heard)
-        if heard.tube is not None and len(heard.tube) > 1:
+        if heard.tube is not None:
             length = float(np.linalg.norm(np.diff(heard.tube, axis=0), axis=1).sum())
             if abs(length - self._length) > 0.5 * self._length:  # another gripper, or the first
                 self._scene.look_at_gripper(length)
                 self._length = length
-            self._scene.show_gripper(heard.tube, heard.outer_radius, None)
+        self._scene.show_gripper(heard.tube, heard.outer_radius, None)
         opacity = FAINT if heard.held is None else OPAQUE
         self._scene.show_object(heard.placement, opacity=opacity)
 
@@ -140,4 +141,4 @@ def live_text(heard: NodeState | None) -> str:
         lines.append(f"{touching} in contact, presses with {normal}")
         away, towards = (shown(force, "N", 3) for force in (held.away, held.towards))
         lines.append(f"holds **{away}** away from the base, {towards} towards it")
-    return "\n\n".join([*lines, *(f"**{trouble}**" for trouble in heard.troubles)])
+    return "\n\n".join([*lines, *(f"**{plain(trouble)}**" for trouble in heard.troubles)])

@@ -24,7 +24,7 @@ from spiral_gripper.files.description import (
     load_description,
     parse_description,
 )
-from spiral_gripper.files.shown import axis_label, in_present_units, shown, shown_message
+from spiral_gripper.files.shown import axis_label, in_present_units, shown
 from spiral_gripper.studio.charts import (
     PALE,
     RED,
@@ -42,7 +42,7 @@ from spiral_gripper.studio.pull import FRAMES, pull_frames
 from spiral_gripper.studio.scene import COLORINGS, FAINT, OPAQUE, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
 from spiral_gripper.studio.settings import settings_of
-from spiral_gripper.studio.words import answer_text, closing_line, frame_text
+from spiral_gripper.studio.words import answer_text, closing_line, frame_text, plain
 
 # The approach takes this long, in so many frames a second.
 APPROACH_SECONDS = 4.0
@@ -161,7 +161,7 @@ class Page:
             try:
                 self._session.update(self._controls.settings())
             except SpiralError as error:
-                self._words.content = f"**There is no such gripper.** {shown_message(error)}"
+                self._words.content = f"**There is no such gripper.** {plain(error)}"
                 return
             self._refresh()
 
@@ -180,7 +180,7 @@ class Page:
             try:
                 state = session.shape()
             except SpiralError as error:
-                self._words.content = f"**No shape.** {shown_message(error)}"
+                self._words.content = f"**No shape.** {plain(error)}"
                 return
             self._draw(session, state, answer)
             self._words.content = self._said(session, state)
@@ -229,7 +229,7 @@ class Page:
         try:
             show()
         except SpiralError as error:
-            self._words.content = f"**Not played.** {shown_message(error)}"
+            self._words.content = f"**Not played.** {plain(error)}"
         except StoppedError:
             self._refresh()
         finally:
@@ -307,7 +307,7 @@ class Page:
                     suffix, write = EXPORTS[kind]
                     content = write(self._session)
             except SpiralError as error:
-                self._words.content = f"**No {kind}.** {shown_message(error)}"
+                self._words.content = f"**No {kind}.** {plain(error)}"
                 return
             self._server.send_file_download(f"{name}.{suffix}", content, save_immediately=True)
 

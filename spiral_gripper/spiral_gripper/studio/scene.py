@@ -45,10 +45,15 @@ class Scene:
         self._camera.look_at = (0.4 * length, 0.0, 0.0)
         self._camera.position = (0.2 * length, -1.1 * length, 0.6 * length)
 
-    def show_gripper(self, positions: Array, outer_radius: float, values: Array | None) -> None:
-        """Draw the tube around its nodes (n, 3) [m], in one color or by values at them (n,)."""
-        mesh = tube_mesh(positions, outer_radius)
-        self._scene.add_mesh_trimesh("/gripper", _colored(mesh, values))
+    def show_gripper(
+        self, positions: Array | None, outer_radius: float, values: Array | None
+    ) -> None:
+        """Draw a tube around nodes (n, 3) [m], in one color or by values at them; or nothing."""
+        if positions is None:
+            self._scene.remove_by_name("/gripper")
+        else:
+            mesh = tube_mesh(positions, outer_radius)
+            self._scene.add_mesh_trimesh("/gripper", _colored(mesh, values))
 
     def show_ghost(self, positions: Array | None, outer_radius: float) -> None:
         """Draw the free coil beside the one in contact, or nothing."""

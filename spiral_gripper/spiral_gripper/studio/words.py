@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from html import escape
 
 from spiral_core import Gripper, Pull, RodState
 from spiral_core.grip.closing import TimedClosing
@@ -36,7 +37,7 @@ def answer_text(
         return "\n\n".join([f"**computing ...{since}**", *lines])
     radius = shown(settings.object_radius, "m")
     if answer.wrap is None or answer.placement is None:
-        lines.insert(0, f"**{radius} cannot be wrapped:** {shown_message(answer.refusal)}")
+        lines.insert(0, f"**{radius} cannot be wrapped:** {plain(answer.refusal)}")
         return "\n\n".join([*lines, *margin_lines(answer, settings, gripper)])
     lines.insert(0, f"{regime_text(answer, settings)} at {shown(settings.pressure, 'Pa')}")
     pressure, turns = shown(answer.wrap.pressure, "Pa"), answer.wrap.turns
@@ -73,6 +74,11 @@ def margin_lines(answer: Answer, settings: Settings, gripper: Gripper) -> list[s
     return lines
 
 
+def plain(said: object) -> str:
+    """Return what was said as Markdown, which would draw the tags that a text has."""
+    return escape(shown_message(said), quote=False)
+
+
 def _place(state: RodState) -> str:
     """Return where the tip is, to about a tenth of a millimeter."""
     factor, unit = scale_of("m")
@@ -107,7 +113,7 @@ def frame_text(frame: Frame, pressure: float) -> str:
 def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]:
     """Return what is known of contact and holding force, and since when the rest is computed."""
     if answer.refusal:
-        return [f"**not held:** {shown_message(answer.refusal)}"]
+        return [f"**not held:** {plain(answer.refusal)}"]
     if answer.window is None or answer.placement is None:
         gap = answer.placement.largest_gap if answer.placement else 0.0
         return [

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -43,7 +44,9 @@ class NodeProcess(subprocess.Popen[bytes]):
         # With this interpreter, however it was installed.
         given = [sys.executable, "-m", module, "--ros-args", "-r", f"__ns:={namespace}", *arguments]
         for name, value in (parameters or {}).items():
-            given += ["-p", f"{name}:={value}"]
+            # Texts of any letters; YAML knows no escape for those beyond 16 bits.
+            text = json.dumps(value, ensure_ascii=False) if isinstance(value, str) else value
+            given += ["-p", f"{name}:={text}"]
         super().__init__(
             given,
             env={**os.environ, STARTED_BY: str(os.getpid()), **(environment or {})},

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import tempfile
 import time
@@ -30,7 +29,7 @@ def plan_by_new_node(gripper: str, radius: float) -> str:
     namespace, start = f"/spiral_gripper_doctor_{os.getpid()}", time.monotonic()
     with tempfile.TemporaryFile("w+", errors="replace") as log:
         try:
-            given = {"gripper": json.dumps(gripper), "exit_with_parent": True}
+            given = {"gripper": gripper, "exit_with_parent": True}
             with (
                 NodeProcess(namespace, given, output=log),
                 SpiralGripper(namespace) as client,

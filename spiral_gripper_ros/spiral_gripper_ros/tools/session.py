@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import tempfile
 import time
@@ -50,7 +49,7 @@ def run_session(
     local_discovery()
     signals = StopSignals()
     signals.defer()
-    given = {"gripper": json.dumps(gripper)}  # of any characters
+    given = {"gripper": gripper}
     with (
         closing(watched(space)) as watcher,
         tempfile.TemporaryFile("w+") as log,

@@ -20,6 +20,7 @@ from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.messages.conversions import REGIME_NAMES, known, line_from_msg
 from spiral_gripper_ros.messages.markers import MEASURED_TUBE, OBJECT, TUBE
 from spiral_gripper_ros.messages.qos import LATEST
+from spiral_gripper_ros.tools.node_text import node_text
 from spiral_gripper_ros.tools.watcher import troubles_of
 
 
@@ -53,8 +54,8 @@ class StudioListener(Listener):
             object_radius=known(status.object_radius),
             regime=REGIME_NAMES[status.regime],
             held=_held(self.newest("wrap")),
-            troubles=tuple(troubles_of(status).values()),
-            tube=None if tube is None else _points(tube),
+            troubles=tuple(map(node_text, troubles_of(status).values())),
+            tube=_points(tube),
             outer_radius=0.0 if tube is None else 0.5 * tube.scale.x,
             placement=_placement(_added(markers, OBJECT)),
         )
@@ -78,9 +79,11 @@ def _added(markers: dict[str, Any], name: str) -> Any:  # noqa: ANN401
     return marker if marker is not None and marker.action == Marker.ADD else None
 
 
-def _points(marker: Any) -> Array:  # noqa: ANN401
-    """Return a line's points (n, 3) [m]."""
-    return np.array([(p.x, p.y, p.z) for p in marker.points], dtype=np.float64).reshape(-1, 3)
+def _points(marker: Any) -> Array | None:  # noqa: ANN401
+    """Return a line's points (n, 3) [m]; None where there is no line."""
+    if marker is None or len(marker.points) < 2:
+        return None
+    return np.array([(p.x, p.y, p.z) for p in marker.points], dtype=np.float64)
 
 
 def _held(planned: Wrap | None) -> HoldingFigures | None:
