@@ -18,7 +18,7 @@ from spiral_core import (
     WrapRegime,
     solve_rod,
 )
-from spiral_gripper import load_description
+from spiral_gripper import load_description, plot
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.reports.meshes import SIDES, tube_mesh
 from spiral_gripper.studio.charts import (
@@ -107,6 +107,7 @@ def test_an_answer_is_that_of_the_core_or_its_reason(answer):
     ((low, high),) = gapped.curve.gaps
     known = np.isfinite(gapped.pressures)
     assert np.array_equal(known, (gapped.radii <= low) | (gapped.radii >= high))
+    assert plot(gapped.curve).axes[0].get_ylim()[1] > 50.0
 
 
 def test_a_session_answers_the_newest_settings_and_exports_what_is_shown():

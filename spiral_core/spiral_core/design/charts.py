@@ -81,7 +81,7 @@ class RegimeChart:
 
     Args:
         radius: (n,) object radius [m], falling.
-        tip: (n,) pressure of the tip criterion [Pa].
+        tip: (n,) pressure of the tip criterion [Pa]; NaN in a gap of the grippable range.
         pressure_max: the gripper's limit [Pa].
         onset_wrap, onset_curling, loss: (n,) where the wrap begins, curls and is lost by contact
             [Pa], NaN where it does not; None where no contact was computed.
@@ -203,7 +203,13 @@ def regime_chart(
         NotGrippableError: a radius is outside the grippable range.
     """
     radii = np.linspace(radius_max, radius_min, points)
-    return RegimeChart(radii, curve.pressures_from_radii(radii), curve.gripper.pressure_max)
+    pressures = [
+        math.nan
+        if any(low < radius < high for low, high in curve.gaps)
+        else curve.pressure_from_radius(radius)
+        for radius in radii.tolist()
+    ]
+    return RegimeChart(radii, np.array(pressures), curve.gripper.pressure_max)
 
 
 def contact_chart(

@@ -83,7 +83,7 @@ def regime_figure(
     """
     figure, (axes,) = panels(1)
     radius, tip = in_units(chart.radius, "m"), in_units(chart.tip, "Pa")
-    limit, top = float(in_units(chart.pressure_max, "Pa")), 1.15 * float(tip.max())
+    limit, top = float(in_units(chart.pressure_max, "Pa")), 1.15 * float(np.nanmax(tip))
     if limit < FAR_LIMIT * top:
         top = max(top, 1.05 * limit)
     _draw_regimes(axes, chart, min(limit, top))

@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,6 +24,7 @@ from spiral_core import (
     close_on,
     grip_window,
     lay_into_coil,
+    regime_chart,
     solve_grip,
     solve_rod,
 )
@@ -35,8 +35,6 @@ from spiral_core.wrap.placement import ObjectPlacement, place_object
 from spiral_gripper.files.description import GripperDescription
 from spiral_gripper.studio.settings import DEFAULT_RATE, Settings, cone_ends, gripper_for
 
-# Pressures at which the chart is drawn.
-CHART_POINTS = 61
 # At the pressure to which a gripper closes in real time [s].
 WAIT = 1.0
 
@@ -252,12 +250,8 @@ def answer_for(settings: Settings, gripper: Gripper) -> Answer:
     answer = Answer(settings)
     try:
         curve = WrapCurve(gripper)
-        radii = np.linspace(curve.radius_min, curve.radius_max, CHART_POINTS)
-        pressures = np.full(CHART_POINTS, np.nan)
-        for index, radius in enumerate(radii.tolist()):
-            with suppress(SpiralError):
-                pressures[index] = curve.pressure_from_radius(radius)
-        answer = Answer(settings, curve, radii, pressures)
+        chart = regime_chart(curve, curve.radius_min, curve.radius_max)
+        answer = Answer(settings, curve, chart.radius[::-1], chart.tip[::-1])
         wrap = curve.wrap_for_radius(settings.object_radius)
         return replace(answer, wrap=wrap, placement=place_object(wrap))
     except SpiralError as error:
