@@ -353,9 +353,11 @@ class Refinement:
     penetration: float
 
     def __str__(self) -> str:
+        differs = f"differs by {100.0 * self.window:.1f} %"
+        window = differs if math.isfinite(self.window) else "has other ends"
         return (
-            f"{self.elements} and {2 * self.elements} elements: window differs by "
-            f"{100.0 * self.window:.1f} %, force by {100.0 * self.force:.1f} %; "
+            f"{self.elements} and {2 * self.elements} elements: window {window}, "
+            f"force by {100.0 * self.force:.1f} %; "
             f"contact sinks in by {self.penetration:.0e} r_o"
         )
 

@@ -20,6 +20,7 @@ from spiral_core.grip.holding import is_twist
 from spiral_core.grip.setup import hanging_tube, lay_into_coil
 from spiral_core.grip.window import GripPoint
 from spiral_core.rod.types import Array, Vector
+from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.grip.capture import BEYOND, COMPONENTS, ball_text, limit_texts
 from spiral_gripper.reports.grip.document import SolvedGrip
@@ -171,33 +172,33 @@ def window_figure(
     Raises:
         InvalidInputError: no grip is held, or more than :data:`MOST_PANELS` panels would be needed.
     """
-    groups: dict[str, list[tuple[float, GripOutcome]]] = {}
+    groups: dict[tuple[Gripper, float], list[tuple[float, GripOutcome]]] = {}
     for case, outcome in zip(cases, outcomes, strict=True):
-        mount = " ".join(f"{g:.3g}" for g in case.gripper.gravity)
-        title = f"{case.gripper.name}\nfriction {case.friction:.3g}, gravity {mount}"
-        groups.setdefault(title, []).append((case.radius, outcome))
+        groups.setdefault((case.gripper, case.friction), []).append((case.radius, outcome))
     if all(outcome.refusal for outcome in outcomes):
         raise InvalidInputError("plot", 0, "of at least one grip that is held")
     if len(groups) > MOST_PANELS:
         raise InvalidInputError("plot", f"{len(groups)} panels", f"at most {MOST_PANELS} panels")
     figure, axes_list = panels(len(groups))
     figure.supxlabel(caption, fontsize=6.5, parse_math=False)
-    for axes, (title, found) in zip(axes_list, groups.items(), strict=True):
-        _draw_windows(axes, sorted(found, key=lambda pair: pair[0]))
+    for axes, ((gripper, friction), found) in zip(axes_list, groups.items(), strict=True):
+        _draw_windows(axes, sorted(found, key=lambda pair: pair[0]), gripper.pressure_max)
+        mount = " ".join(f"{g:.3g}" for g in gripper.gravity)
+        title = f"{gripper.name}\nfriction {friction:.3g}, gravity {mount}"
         axes.set_title(title, parse_math=False)
     handles, labels = axes_list[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc=BESIDE)
     return figure
 
 
-def _draw_windows(axes: Axes, found: Sequence[tuple[float, GripOutcome]]) -> None:
-    """Draw where the wrap begins, the end curls and the grip is lost, over the radius."""
+def _draw_windows(axes: Axes, found: Sequence[tuple[float, GripOutcome]], limit: float) -> None:
+    """Draw where the wrap begins, the end curls, and the grip is lost or the limit [Pa] reached."""
     radii = in_units([radius for radius, _ in found], "m")
     names = ("onset_wrap", "onset_curling", "loss", "tip_criterion", "pressure")
     # Missing ones are NaN.
     known = np.array([[getattr(one, name) for _, one in found] for name in names], np.float64)
-    wrapped, curling, loss, tip, recommended = edges = in_units(known, "Pa")
-    top = np.where(np.isnan(loss), np.nanmax(edges, initial=0.0), loss)
+    wrapped, curling, loss, tip, recommended = in_units(known, "Pa")
+    top = np.where(np.isnan(loss), in_units(limit, "Pa"), loss)
     curling = np.where(np.isnan(curling), top, curling)
     for low, high, color, label in (
         (wrapped, curling, PERFECT_COLOR, "wrapped"),

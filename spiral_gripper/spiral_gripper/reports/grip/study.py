@@ -129,9 +129,7 @@ def print_outcomes(
 ) -> None:
     """Print a table for each gripper and mount; refusals with their reason below."""
     pairs = list(zip(cases, outcomes, strict=True))
-    for _, group in groupby(
-        pairs, key=lambda pair: (pair[0].gripper.name, pair[0].gripper.gravity)
-    ):
+    for _, group in groupby(pairs, key=lambda pair: pair[0].gripper):
         console.print(_table(list(group)))
     for case, outcome in pairs:
         if outcome.refusal:
