@@ -10,11 +10,13 @@ from browser import PATIENCE, appears, opened, studio, wait_until
 from ros.programs import PROGRAM, line_with, rest_of, start
 from ros.records import agrees
 
-from spiral_gripper.studio.live import HoldingFigures, NodeState, live_text
+from spiral_gripper.studio.live import NodeState, live_text
+from spiral_gripper_msgs.msg import Grip
 
 
 def test_what_is_said_of_a_node_is_that_on_record():
-    held = HoldingFigures(contact_length=0.1, normal_force=1.5, away=0.22, towards=0.31)
+    forces = {"holding_force_away": 0.22, "holding_force_towards": 0.31}
+    held = Grip(contact_length=0.1, normal_force=1.5, **forces)
     scene = np.zeros((2, 3)), 0.005, None
     state = NodeState(
         0.0, "tracking", 5.0e4, 5.7e4, 5.1e4, 0.02, "overhang", held, ("<i> > 1",), *scene

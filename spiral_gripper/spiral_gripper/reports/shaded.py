@@ -46,7 +46,9 @@ def turned_surface(ends: Array, radii: Array) -> Surface:
     )
 
 
-def draw_surfaces(axes: Axes, surfaces: list[Surface], right: Vector, up: Vector) -> None:
+def draw_surfaces(
+    axes: Axes, surfaces: list[Surface], right: Array | Vector, up: Array | Vector
+) -> None:
     """Draw surfaces in the units shown, seen with these directions to the right and upwards.
 
     Args:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import viser
@@ -23,23 +24,6 @@ SILENCE = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HoldingFigures:
-    """What holds the object.
-
-    Args:
-        contact_length: of tube [m].
-        normal_force: on the object [N].
-        away: holding force away from the base [N].
-        towards: holding force towards the base [N].
-    """
-
-    contact_length: float
-    normal_force: float
-    away: float
-    towards: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class NodeState:
     """The state of a node, from its messages; None is not known.
 
@@ -51,7 +35,7 @@ class NodeState:
         measured: pressure [Pa].
         object_radius: that the command is for [m].
         regime: how the object is held, for people.
-        held: by what.
+        held: by what: a message ``spiral_gripper_msgs/Grip``.
         troubles: what is wrong, a sentence each.
         tube: centerline (n, 3) [m], at the measured pressure if that is known.
         outer_radius: of the tube [m].
@@ -65,7 +49,7 @@ class NodeState:
     measured: float | None
     object_radius: float | None
     regime: str
-    held: HoldingFigures | None
+    held: Any
     troubles: tuple[str, ...]
     tube: Array | None
     outer_radius: float
@@ -139,6 +123,8 @@ def live_text(heard: NodeState | None) -> str:
         held = heard.held
         touching, normal = shown(held.contact_length, "m", 3), shown(held.normal_force, "N", 3)
         lines.append(f"{touching} in contact, presses with {normal}")
-        away, towards = (shown(force, "N", 3) for force in (held.away, held.towards))
+        away, towards = (
+            shown(force, "N", 3) for force in (held.holding_force_away, held.holding_force_towards)
+        )
         lines.append(f"holds **{away}** away from the base, {towards} towards it")
     return "\n\n".join([*lines, *(f"**{plain(trouble)}**" for trouble in heard.troubles)])

@@ -11,7 +11,6 @@ import time
 from functools import partial
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray
 from rclpy.clock import Clock as RclpyClock
@@ -19,6 +18,7 @@ from rclpy.clock import ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
+from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, Header, String
 from std_srvs.srv import Trigger
@@ -137,8 +137,7 @@ class Simulator(Node):  # type: ignore[misc]
         duration = self._pacing.step(reading)
         now, stamp = self._pacing.now, self.get_clock().now().to_msg()
         if self._time is not None:
-            seconds, nanoseconds = divmod(self._pacing.nanoseconds, 1_000_000_000)
-            stamp = Time(sec=seconds, nanosec=nanoseconds)
+            stamp = Time(nanoseconds=self._pacing.nanoseconds).to_msg()
             self._time.publish(Clock(clock=stamp))
             period = round(STEP / values.real_time_factor * 1e9)
             if self._timer.timer_period_ns != period:

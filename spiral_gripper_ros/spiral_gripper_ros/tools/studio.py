@@ -13,7 +13,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from spiral_core.rod.types import Array
 from spiral_core.wrap.placement import ObjectPlacement
-from spiral_gripper.studio.live import HoldingFigures, NodeState
+from spiral_gripper.studio.live import NodeState
 from spiral_gripper_msgs.msg import GripStatus, Wrap
 from spiral_gripper_ros.client.listener import Listener
 from spiral_gripper_ros.control.states import State
@@ -42,7 +42,7 @@ class StudioListener(Listener):
         status = self.newest("status")
         if status is None:
             return None
-        drawn = self.newest("markers")
+        planned, drawn = self.newest("wrap"), self.newest("markers")
         markers = {} if drawn is None else {one.ns: one for one in drawn.markers}
         tube = _added(markers, MEASURED_TUBE) or _added(markers, TUBE)
         return NodeState(
@@ -53,7 +53,7 @@ class StudioListener(Listener):
             measured=known(status.measured_pressure),
             object_radius=known(status.object_radius),
             regime=REGIME_NAMES[status.regime],
-            held=_held(self.newest("wrap")),
+            held=planned.grip[0] if planned is not None and planned.grip else None,
             troubles=tuple(map(node_text, troubles_of(status).values())),
             tube=_points(tube),
             outer_radius=0.0 if tube is None else 0.5 * tube.scale.x,
@@ -84,18 +84,6 @@ def _points(marker: Any) -> Array | None:  # noqa: ANN401
     if marker is None or len(marker.points) < 2:
         return None
     return np.array([(p.x, p.y, p.z) for p in marker.points], dtype=np.float64)
-
-
-def _held(planned: Wrap | None) -> HoldingFigures | None:
-    if planned is None or not planned.grip:
-        return None
-    grip = planned.grip[0]
-    return HoldingFigures(
-        contact_length=grip.contact_length,
-        normal_force=grip.normal_force,
-        away=grip.holding_force_away,
-        towards=grip.holding_force_towards,
-    )
 
 
 def _placement(marker: Any) -> ObjectPlacement | None:  # noqa: ANN401

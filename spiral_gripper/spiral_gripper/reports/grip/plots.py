@@ -19,7 +19,6 @@ from spiral_core.grip.grip import Grip, GripCase, GripOutcome, refine, solve_gri
 from spiral_core.grip.holding import is_twist
 from spiral_core.grip.setup import hanging_tube, lay_into_coil
 from spiral_core.grip.window import GripPoint
-from spiral_core.rod.types import Array, Vector
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import axis_label, in_units, shown, shown_message
 from spiral_gripper.reports.grip.capture import BEYOND, COMPONENTS, ball_text, limit_texts
@@ -304,8 +303,7 @@ def approach_figure(answer: ApproachAnswer, title: str) -> Figure:
         ends = np.array(((-6.0 * outer, 0.0, 0.0), (0.0, 0.0, 0.0)))
         flange = turned_surface(ends, np.full(OBJECT_RINGS, 1.5 * outer))
         flange = flange._replace(colors=0.6 * flange.colors)
-        x, y, z = right.tolist()
-        draw_surfaces(axes, [*coil_surfaces(point), flange], (x, y, z), _upwards(down))
+        draw_surfaces(axes, [*coil_surfaces(point), flange], right, -down)
         base = in_units(ends[0] @ np.stack((right, -down)).T, "m")
         axes.annotate("arm", tuple(base), (0.0, 9.0), textcoords="offset points", ha="center")
         axes.annotate(
@@ -322,11 +320,6 @@ def approach_figure(answer: ApproachAnswer, title: str) -> Figure:
         axes.set(xlabel=axis_label("level", "m"), ylabel=axis_label("up", "m"))
     same_scale(views)
     return figure
-
-
-def _upwards(down: Array) -> Vector:
-    x, y, z = (0.0 - down).tolist()
-    return (x, y, z)
 
 
 def coil_surfaces(point: GripPoint, reach: tuple[float, float] | None = None) -> list[Surface]:

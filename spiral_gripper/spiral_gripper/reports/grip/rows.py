@@ -258,18 +258,16 @@ def grip_as_dict(solved: SolvedGrip) -> Json:
 def _after_loss(solved: SolvedGrip) -> dict[str, float | bool] | None:
     """Return what is left of a grip after its loss, as plain data."""
     rest = solved.rest
-    return (
-        None
-        if rest is None
-        else {
-            "pressure": rest.pressure,
-            "wrapped": rest.is_wrapped,
-            "contact_length": rest.contact_length,
-            "turns": rest.turns,
-            "normal_force": rest.normal_force,
-            **{_name(pull): held.force for pull, held in solved.rest_held.items()},
-        }
-    )
+    if rest is None:
+        return None
+    return {
+        "pressure": rest.pressure,
+        "wrapped": rest.is_wrapped,
+        "contact_length": rest.contact_length,
+        "turns": rest.turns,
+        "normal_force": rest.normal_force,
+        **{_name(pull): held.force for pull, held in solved.rest_held.items()},
+    }
 
 
 def _lift_off(solved: SolvedGrip) -> str | None:
