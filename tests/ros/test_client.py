@@ -75,19 +75,17 @@ def test_a_plan_is_asked_with_everything_that_the_service_takes(nowhere, monkeyp
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize("error", [KeyboardInterrupt(), NoAnswerError("no answer", 0.1)])
-def test_a_goal_whose_answer_comes_too_late_is_canceled(active, shared, monkeypatch, error):
+def test_a_goal_whose_answer_comes_too_late_is_canceled(active, shared, monkeypatch):
     def silent(*_):
-        raise error
+        raise NoAnswerError("no answer", 0.1)
 
     monkeypatch.setattr(spiral_gripper, "GLANCE", DEADLINE)
     with SpiralGripper(shared.get_namespace()) as hasty:
         hasty.wait_until_active(DEADLINE)
         with monkeypatch.context() as patch:
             patch.setattr(Connection, "answer", silent)
-            with pytest.raises(type(error), match=r"^$|may still start; it is canceled as soon as"):
+            with pytest.raises(NoAnswerError, match="may still start; it is canceled as soon as"):
                 hasty.wrap(0.02, timeout=600.0)
-        assert isinstance(error, NoAnswerError) or hasty.cancel()
     assert active.wait_for_state(State.RELEASED, Reason.GRASP_CANCELED)
 
 

@@ -39,9 +39,6 @@ def test_a_stiffer_material_sags_as_one_of_that_stiffness(gripper):
     expected = WrapCurve(stiffer).state_at_pressure(5.0e4).tip_position
     found = SimulatedGripper(gripper, 1.5).shape(1.5 * 5.0e4).tip_position
     assert found == pytest.approx(expected, rel=1e-6, abs=1e-9)
-
-
-def test_a_factor_that_is_none_is_refused(gripper):
     with pytest.raises(InvalidInputError, match="stiffness_factor"):
         SimulatedGripper(gripper, 0.0)
 

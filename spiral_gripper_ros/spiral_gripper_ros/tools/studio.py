@@ -4,8 +4,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
 from typing import Any
 
 import numpy as np
@@ -59,18 +57,6 @@ class StudioListener(Listener):
             outer_radius=0.0 if tube is None else 0.5 * tube.scale.x,
             placement=_placement(_added(markers, OBJECT)),
         )
-
-
-@contextmanager
-def node_listener(namespace: str) -> Iterator[Callable[[float], NodeState | None]]:
-    """Yield a function that spins for a time [s] and returns the newest state of the node."""
-    with closing(StudioListener(namespace)) as listener:
-
-        def listen(duration: float) -> NodeState | None:
-            listener.spin(duration)
-            return listener.heard()
-
-        yield listen
 
 
 def _added(markers: dict[str, Any], name: str) -> Any:  # noqa: ANN401

@@ -10,7 +10,7 @@ import click
 
 from spiral_gripper.cli.output import print_json
 from spiral_gripper.cli.ros.side import load_ros_side
-from spiral_gripper.cli.ros.simulate import checked_namespace
+from spiral_gripper.cli.ros.simulate import namespace_option
 from spiral_gripper.cli.types import (
     MASS,
     POSITIVE_NUMBER,
@@ -26,14 +26,7 @@ SIDE = "tools.commands"
 _RADIUS = QuantityType("LENGTH", above=0.0)
 
 
-namespace_option = option(
-    "--namespace",
-    str,
-    "Namespace of the gripper's node.",
-    metavar="NAME",
-    default="/",
-    callback=checked_namespace,
-)
+node_option = namespace_option("Namespace of the gripper's node.", default="/")
 timeout_option = option(
     "--timeout",
     POSITIVE_NUMBER,
@@ -70,7 +63,7 @@ def _show(answer: Any) -> int:  # noqa: ANN401
     "Friction coefficient of tube and object. [default: the node's]",
     metavar="MU",
 )
-@namespace_option
+@node_option
 @output_options
 def plan(
     radius: float,
@@ -101,7 +94,7 @@ def plan(
     click.Choice(("vent", "hold")),
     "What to do with the pressure after a failure.  [default: the node's grasp.abort_policy]",
 )
-@namespace_option
+@node_option
 @output_options
 def grasp(
     radius: float | None,
@@ -123,7 +116,7 @@ def grasp(
 
 @click.command()
 @timeout_option
-@namespace_option
+@node_option
 @output_options
 def release(timeout: float | None, namespace: str) -> int:
     """Command a running node to vent, and wait until the pressure is gone.
@@ -134,7 +127,7 @@ def release(timeout: float | None, namespace: str) -> int:
 
 
 @click.command()
-@namespace_option
+@node_option
 @output_options
 def status(namespace: str) -> int:
     """Show what a running node does now, and why.
@@ -151,7 +144,7 @@ def status(namespace: str) -> int:
     "Time after which to end.  [default: at Ctrl-C]",
     metavar="SECONDS",
 )
-@namespace_option
+@node_option
 @units_option
 def watch(duration: float | None, namespace: str) -> int:
     """Show what a running node does, until Ctrl-C."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import partial
 
 import click
 
@@ -40,6 +41,9 @@ def checked_namespace(
     return name
 
 
+namespace_option = partial(option, "--namespace", str, metavar="NAME", callback=checked_namespace)
+
+
 @click.command()
 @click.argument("gripper", metavar="[GRIPPER]", default=DEFAULT_GRIPPER)
 @option(
@@ -59,13 +63,7 @@ def checked_namespace(
     "Time after which to end.  [default: at Ctrl-C]",
     metavar="SECONDS",
 )
-@option(
-    "--namespace",
-    str,
-    "Namespace of all topics.  [default: a new one]",
-    metavar="NAME",
-    callback=checked_namespace,
-)
+@namespace_option("Namespace of all topics.  [default: a new one]")
 @units_option
 def simulate(
     gripper: str,
@@ -92,14 +90,7 @@ def simulate(
 
 @click.command()
 @click.argument("fault", type=click.Choice(FAULTS))
-@option(
-    "--namespace",
-    str,
-    "Namespace of the simulation's topics.",
-    required=True,
-    metavar="NAME",
-    callback=checked_namespace,
-)
+@namespace_option("Namespace of the simulation's topics.", required=True)
 def inject(fault: str, namespace: str) -> int:
     """Set the FAULT of the regulator in the simulation of a namespace; none removes the fault."""
     return int(load_ros_side("tools.injection").inject(namespace, fault))

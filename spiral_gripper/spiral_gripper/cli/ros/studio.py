@@ -6,12 +6,12 @@ from __future__ import annotations
 import time
 import webbrowser
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-from spiral_gripper.cli.ros.running import namespace_option
+from spiral_gripper.cli.ros.running import node_option
 from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.types import flag, option, units_option
 
@@ -25,7 +25,7 @@ LOOK_PERIOD = 0.1
 @click.command()
 @click.argument("gripper", default="paper_design_70")
 @flag("--ros", "Show a running node in place of a file.")
-@namespace_option
+@node_option
 @option(
     "--host",
     str,
@@ -55,9 +55,10 @@ def _follow(namespace: str, host: str, port: int, browser: bool) -> NoReturn:
 
     with _served(f"the node in {namespace}", host, port, browser) as server:
         live = LivePage(server)
-        with side.node_listener(namespace) as heard:
+        with closing(side.StudioListener(namespace)) as listener:
             while True:
-                live.show(heard(LOOK_PERIOD))
+                listener.spin(LOOK_PERIOD)
+                live.show(listener.heard())
 
 
 def _design(gripper: str, host: str, port: int, browser: bool) -> NoReturn:
