@@ -139,7 +139,7 @@ def main() -> None:
         # exception while numba packs the result of a kernel would end in a segmentation fault.
         if command in STEPWISE:
             interrupt_between_steps()
-        else:
+        elif command != "studio":  # which computes for a while at its end
             of_ros = COMMANDS.get(command, "").startswith("ros.")
             signal.signal(signal.SIGINT, interrupt_once if of_ros else signal.SIG_DFL)
     gc.set_threshold(NEW_OBJECTS)

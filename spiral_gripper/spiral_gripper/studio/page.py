@@ -270,8 +270,10 @@ class Page:
                 self._words.content = frame_text(frame, closing.course.at(frame.time))
         if self._goes_on():
             time.sleep(PULL_SECONDS / 2.0)
-        self._set_pressure(closing.course.pressures[-1])
-        self._refresh()
+        with self._lock:
+            if session is self._session:  # else another gripper is shown by now
+                self._set_pressure(closing.course.pressures[-1])
+            self._refresh()
 
     def _pull_away(self) -> None:
         """Move the object out of the coil, away from the base."""
