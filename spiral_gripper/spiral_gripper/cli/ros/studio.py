@@ -13,6 +13,7 @@ import click
 
 from spiral_gripper.cli.ros.running import node_option
 from spiral_gripper.cli.ros.side import load_ros_side
+from spiral_gripper.cli.ros.simulate import DEFAULT_GRIPPER
 from spiral_gripper.cli.types import flag, option, units_option
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ LOOK_PERIOD = 0.1
 
 
 @click.command()
-@click.argument("gripper", default="paper_design_70")
+@click.argument("gripper", required=False)
 @flag("--ros", "Show a running node in place of a file.")
 @node_option
 @option(
@@ -35,16 +36,22 @@ LOOK_PERIOD = 0.1
 @option("--port", click.IntRange(1, 65535), "Port of the page.", shown=8080)
 @click.option("--browser/--no-browser", default=True, help="Open the page in a browser.")
 @units_option
-def studio(gripper: str, ros: bool, namespace: str, host: str, port: int, browser: bool) -> None:
+def studio(
+    gripper: str | None, ros: bool, namespace: str, host: str, port: int, browser: bool
+) -> None:
     """Show GRIPPER in the browser, with sliders for its pressure, object and mount.
 
     GRIPPER is the name of a shipped gripper or the path of a description file. Ctrl-C ends it.
     With --ros the page follows the node in --namespace: pressure, object, shape and grip.
     """
+    if ros and gripper is not None:
+        raise click.UsageError("--ros shows a running node: it takes no GRIPPER")
+    if namespace != "/" and not ros:
+        raise click.UsageError("--namespace needs --ros")
     with suppress(KeyboardInterrupt):
         if ros:
             _follow(namespace, host, port, browser)
-        _design(gripper, host, port, browser)
+        _design(gripper or DEFAULT_GRIPPER, host, port, browser)
     click.echo("ended")
 
 
