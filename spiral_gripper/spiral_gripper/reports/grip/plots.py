@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -135,16 +134,13 @@ def shade_window(axes: Axes, grip: Grip) -> None:
         low, high = in_units(ends, "Pa")
         if low < high:
             axes.axvspan(low, high, color=color, alpha=0.2, lw=0.0, label=label)
-    tip_style: dict[str, Any] = {
-        "color": COLORS[0],
-        "ls": "--",
-        "lw": 0.8,
-        "label": "tip criterion",
-    }
-    loss_style: dict[str, Any] = {"color": "black", "lw": 1.2, "label": "lost"}
-    for pressure, style in ((grip.setup.tip_pressure, tip_style), (window.loss, loss_style)):
+    for pressure, color, style, width, label in (
+        (grip.setup.tip_pressure, COLORS[0], "--", 0.8, "tip criterion"),
+        (window.loss, "black", "-", 1.2, "lost"),
+    ):
         if pressure is not None:
-            axes.axvline(float(in_units(pressure, "Pa")), **style)
+            at = float(in_units(pressure, "Pa"))
+            axes.axvline(at, color=color, ls=style, lw=width, label=label)
 
 
 def study_accuracy(cases: Sequence[GripCase], outcomes: Sequence[GripOutcome]) -> str:
