@@ -169,6 +169,13 @@ WAITING TAKEN_OVER - nan no: restart; measure -101325
 WAITING TAKEN_OVER - nan no: restart; measure 0 6.275e4
 WAITING TAKEN_OVER - nan no: restart; measure 0 0 0 0 0 6.275e4 6.275e4 6.275e4 6.275e4 6.275e4
 TAKEN_OVER TAKEN_OVER - 4e4 no: restart; measure 2.5e5; measure 0 6.275e4; measure 4e4
+WAITING NO_RADIUS - 0 no: restart; unmeasured; run 0.02; call offer_measured 100.1 4e4;
+  call offer_measured 100.4 4e4; call offer_measured 100.5 9; call offer_measured 100.8 9; leap 0.8;
+  run 0.02
+TRACKING NONE - 5e4 no: limit publish_rate=1 radius_timeout=9; track; leaks; tick 0.02 1;
+  tick 0.02 1; tick 0.02 1
+VENTED RADIUS_STALE - 0 no: limit publish_rate=1 radius_timeout_policy=TimeoutPolicy.VENT; track;
+  tick none 1
 GRASPING NONE RUNNING 6e4 held: unmeasured; grasp; run 0.7; heavy; run 0.18
 GRASPING NONE SUCCEEDED 6e4 held: unmeasured; grasp; run 0.7; heavy; run 0.26
 RELEASED RELEASED SUCCEEDED,GRASP_REPLACED,RELEASED,SUCCEEDED 0 no: hold; open; grasp; run 0.02;

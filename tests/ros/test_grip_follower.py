@@ -93,6 +93,7 @@ COURSES = """
 0 1 0.075 None: turn 0.12; look; turn 0; look
 0 1 nan None: give rate=3e4; look
 0 1 0.075 None: look 0.03 1; look 0.02 0.8; look 0.0201 0.8
+1 1 nan False: settle; starts; give rate=3e4; look
 1 1 0.075 True: look 0.03 1; look 0.02 0.8; look 0.0201 0.8; look 0.02 0.3
 1 9 0.075 True: settle; answer 9; settle
 1 1 0.075 True: settle; answer 9; settle; look 0.021

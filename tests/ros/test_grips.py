@@ -60,6 +60,7 @@ class KnownGrips(Steps):
     # The wrap begins, curls and is lost at these multiples of the tip criterion's pressure.
     onset, curling, loss = 0.98, 1.05, 1.3
     never = None  # radius that contact never wraps
+    error = 0.0  # of the table's forces
     lost = False  # whether the table holds nothing around 20 mm
     margin = None  # in the region of capture, if one is known
 
@@ -87,7 +88,8 @@ class KnownGrips(Steps):
     def table(self, description):
         radii, curve = (0.006, 0.018, 0.022, 0.035), WrapCurve(description.gripper)
         held = radii[::3] if self.lost else radii
-        return table_of(radii, [self.grip(curve, r) if r in held else None for r in radii])
+        grips = [self.grip(curve, r) if r in held else None for r in radii]
+        return table_of(radii, grips, self.error)
 
     def grip(self, curve, radius):
         tip = curve.pressure_from_radius(radius)
@@ -216,7 +218,11 @@ TRACKING NONE 1.05 no 0: wrap 0.02 0.02 ratio=1.2
 TRACKING NONE 1.05 held 1: wrap 0.02 ratio=1.2
 TRACKING NONE 1.02 no 0: use onset=1.02 curling=1.1; wrap 0.02 0.02
 TRACKING NONE 1.071 held 1: use onset=1.02 curling=1.1; wrap 0.02 ratio=1.05
-TRACKING NONE 0.9 no 0: use onset=0.8 curling=0.9; wrap 0.02 0.02
+TRACKING NONE 0.85 held 0: use onset=0.8 curling=0.9; wrap 0.02 0.1
+TRACKING NONE 0.98 held 0: use onset=0.94 curling=1.02 error=1; wrap 0.02 0.1 ratio=nan
+TRACKING NONE 1.04 no 0: use error=1; set measured_pressure.timeout=600; wrap 0.02 0.1 ratio=1.04;
+  measure 8e4; wrap 0.02 0.02
+TRACKING NONE 1.1 held 0: use curling=1.08; wrap 0.02 0.1 ratio=nan; wrap 0.02 0.1 contact=no
 TRACKING NONE 1.03 no 0: use curling=1.08; wrap 0.02 0.02 ratio=nan
 TRACKING NONE 1.03 held 1: use curling=1.08; wrap 0.02 ratio=nan
 TRACKING NONE 1.1 held 0: use onset=1.15 curling=1.25; wrap 0.036 0.1 ratio=nan

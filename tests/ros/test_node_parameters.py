@@ -122,7 +122,8 @@ def test_another_gripper_vents_and_is_followed_after_rearm_unless_it_cannot_coil
         curve = WrapCurve(other.with_mount(mount, None))
         wanted = pytest.approx(curve.pressure_from_radius(RADIUS), rel=1e-9)
         follow(node, lambda seen, wanted=wanted: seen.pressure_target == wanted)
-        change(node, gravity__vector=list(map(float, other.gravity)))
+        given = parameters(gripper=str(file), gravity__vector=list(map(float, other.gravity)))
+        assert node.set_parameters_atomically(given).successful
     state, refusal = load("1 kPa")
     assert (state, refusal.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
     assert "cannot be used" in refusal.text

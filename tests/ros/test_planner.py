@@ -121,13 +121,12 @@ def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(loade
         (1.15 * pressure, WrapRegime.CURLING),
     ):
         loaded.update_measured_shape(measured, 0.02, 1.0e3)
-        assert loaded.regime(pressure) is regime
         assert loaded.shown_regime(snapshot(State.TRACKING)) is regime
     # A wrap that is pressed by overpressure is shown as perfect.
     pressed = loaded.shown_regime(snapshot(State.TRACKING, wrapped=True))
     assert pressed is WrapRegime.PERFECT_WRAP
     loaded.update_measured_shape(pressure, None, 1.0e3)
-    assert loaded.regime(pressure) is None
+    assert loaded.shown_regime(snapshot(State.TRACKING)) is None
 
 
 def test_a_limit_of_the_pressure_is_refused_as_one():

@@ -87,10 +87,10 @@ class ApproachServer:
             return result_of(found, text, handle.request.object_pose)
 
         result = await answered(self._runtime, answer, refuse)
-        if handle.is_cancel_requested:
-            handle.canceled()
-        elif result.success:
+        if result.success:  # even if it was canceled a moment ago
             handle.succeed()
+        elif handle.is_cancel_requested:
+            handle.canceled()
         else:
             handle.abort()
         return result

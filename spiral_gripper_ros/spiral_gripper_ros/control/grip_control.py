@@ -47,8 +47,8 @@ from spiral_gripper_ros.control.target import (
 )
 from spiral_gripper_ros.control.timing import MonotonicClock, Silence, TakeOver
 
-# A gap between two commands in which a regulator's watchdog may vent [s], and how long afterwards a
-# pressure that is found too low is its doing [s].
+# A gap between two commands in which a regulator's watchdog may vent [s], if publish.rate allows a
+# shorter one, and how long afterwards a pressure that is found too low is its doing [s].
 LONGEST_GAP = 0.25
 DOUBT_TIME = 2.0
 # How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for
@@ -200,11 +200,7 @@ class GripControl:
             self._refused[refusal.reason] += 1
             return refusal
         if self._take_over.waits:
-            held = self._take_over.hear(time, pressure, self._limits)
-            if held is not None and held > self._limits.pressure_tolerance:
-                self._target.clear()
-                self._pressure = capped_pressure(held, self._limits.pressure_cap)
-                self._enter(Event.AGREED, TAKEN_OVER)
+            self._take_over.hear(time, pressure, self._limits)
         measured = self._monitor.measured
         if self._grasp is not None and measured is not None:
             self._grasp.measured(time, measured, self._pressure_target, self._limits)
@@ -475,7 +471,7 @@ class GripControl:
             if age is not None:
                 self._gravity.hear(time, age)
         elif (
-            time - self._commanded_at > LONGEST_GAP
+            time - self._commanded_at > max(LONGEST_GAP, self._limits.longest_gap)
             or self._monitor.fault.reason is Reason.PRESSURE_LOST
         ):
             self._doubted_until = time + DOUBT_TIME
@@ -511,31 +507,35 @@ class GripControl:
     def _act_on_silence(self) -> None:
         """Act on silence: of the client, of gravity, of a pressure to be taken over."""
         time, limits = self._clock.now, self._limits
-        self._take_over.check(time, limits)
+        held = self._take_over.check(time, limits)
+        if held > limits.pressure_tolerance:
+            self._target.clear()
+            self._pressure = capped_pressure(held, limits.pressure_cap)
+            self._enter(Event.AGREED, TAKEN_OVER)
         gravity = self._gravity_fault()
         if self._rule is CommandRule.VENT or not limits.keep_alive_timeout > 0.0:
             self._client.hear(time)  # none is needed
         if self._rule is CommandRule.VENT:
             return
-        if self._client.exceeds(time, limits.keep_alive_timeout):
+        if self._client.exceeds(time, limits.keep_alive_timeout, limits.longest_gap):
             self.release(lost_client(limits))
         elif gravity and limits.gravity_timeout_policy is FaultPolicy.VENT:
             self._enter(Event.FAULT, gravity)
 
     def _act_on_stale_radius(self) -> None:
-        time, event = self._clock.now, _STALE[self._limits.radius_timeout_policy]
+        time, limits = self._clock.now, self._limits
+        event = _STALE[limits.radius_timeout_policy]
         age = self._radius.age(time)
         if age is None or (self._state, event) not in TRANSITIONS:
             return
-        if self._radius.exceeds(time, self._limits.radius_timeout):
+        if self._radius.exceeds(time, limits.radius_timeout, limits.longest_gap):
             if self._refusal.reason is not Reason.RADIUS_STALE:
                 self._refused[Reason.RADIUS_STALE] += 1
-            self._enter(event, stale_radius(age, self._limits, self._last_refused))
+            self._enter(event, stale_radius(age, limits, self._last_refused))
 
     def _gravity_fault(self) -> Refusal:
         """Return that gravity is stale; ``Reason.NONE`` if it is not."""
-        longest, time = self._limits.gravity_timeout, self._clock.now
-        age = self._gravity.age(time)
-        if age is None or not longest > 0.0 or not self._gravity.exceeds(time, longest):
-            return NOT_REFUSED
-        return stale_gravity(age, self._limits)
+        time, limits = self._clock.now, self._limits
+        longest, age = limits.gravity_timeout, self._gravity.age(time)
+        is_late = longest > 0.0 and self._gravity.exceeds(time, longest, limits.longest_gap)
+        return NOT_REFUSED if age is None or not is_late else stale_gravity(age, limits)

@@ -65,6 +65,7 @@ class Limits:
             0: none is expected.
         gravity_timeout: age of a heard gravity at which it is stale [s]; 0: it never is.
         gravity_timeout_policy: what happens then.
+        publish_rate: commands in a second [Hz], > 0.
 
     Raises:
         InvalidInputError: a limit is not finite, has the wrong sign, or is of the wrong type.
@@ -92,6 +93,7 @@ class Limits:
     keep_alive_timeout: float = 0.0
     gravity_timeout: float = 0.0
     gravity_timeout_policy: FaultPolicy = FaultPolicy.REPORT
+    publish_rate: float = 50.0
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -107,6 +109,11 @@ class Limits:
                 require_non_negative(name, value)
             else:
                 require_positive(name, value)
+
+    @property
+    def longest_gap(self) -> float:
+        """Time between two commands above which the process has stalled [s]."""
+        return 1.5 / self.publish_rate
 
 
 _NON_NEGATIVE = (

@@ -36,8 +36,11 @@ class WrapPlan:
 
     @property
     def pressure(self) -> float:
-        """Gauge pressure of the perfect wrap [Pa]: the tip criterion's, within contact's window."""
-        return min(max(self.wrap.pressure, self.onset), self.highest_good)
+        """Gauge pressure of the perfect wrap [Pa].
+
+        That is the tip criterion's, but not below the onset nor above what contact recommends.
+        """
+        return min(max(self.wrap.pressure, self.onset), 0.5 * (self.onset + self.highest_good))
 
     @property
     def placement(self) -> ObjectPlacement:

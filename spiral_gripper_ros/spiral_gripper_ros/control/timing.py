@@ -52,8 +52,9 @@ class MonotonicClock:
 class Silence:
     """When something was heard last, and how long not, as far as this process could have heard it.
 
-    A stall of the process counts as at most a quarter of what is allowed: what has come meanwhile
-    is read before its loss is reported, even after several stalls in a row.
+    A stall of the process counts as at most a quarter of what is allowed, or as the time between
+    two commands: what has come meanwhile is read before its loss is reported, even after several
+    stalls in a row.
 
     Example:
         >>> radius = Silence()
@@ -84,15 +85,20 @@ class Silence:
         self._heard_at = now - age
         self._lasts, self._counted_at = max(age, 0.0), now
 
-    def exceeds(self, now: float, longest: float) -> bool:
+    def exceeds(self, now: float, longest: float, gap: float = 0.0) -> bool:
         """Let time pass until ``now`` [s]; return whether the silence is longer than allowed [s].
 
-        Nothing is allowed to be silent that was never heard: it is not expected.
+        What was never heard may be silent: it is not expected.
+
+        Args:
+            now: time [s], never decreasing.
+            longest: silence that is allowed [s].
+            gap: time between two calls that is no stall [s].
         """
         if not self.is_expected:
             return False
         step = max(now - self._counted_at, 0.0)
-        self._lasts += min(step, LONGEST_STEP * longest)
+        self._lasts += min(step, max(LONGEST_STEP * longest, gap))
         self._counted_at = now
         return self._lasts > longest
 
@@ -110,43 +116,43 @@ class TakeOver:
         self.refusal = TAKING_OVER
         self._silence = Silence()
         self._since: float | None = None
-        self._agrees = False
+        self._held: float | None = None  # what was agreed [Pa]
         self._low = self._high = 0.0
 
     def start(self) -> None:
         """Wait from the next :meth:`check` on."""
-        self.waits, self.refusal, self._since = True, TAKING_OVER, None
-        self._agrees = False
+        self.waits, self.refusal = True, TAKING_OVER
+        self._since = self._held = None
         self._silence.forget()
 
-    def hear(self, now: float, pressure: float, limits: Limits) -> float | None:
+    def hear(self, now: float, pressure: float, limits: Limits) -> None:
         """Note a possible measured gauge pressure [Pa] at a time [s].
 
-        Returns:
-            The pressure to start from [Pa], once all of ``AGREEMENT_TIME`` agree within
-            ``pressure_tolerance`` and it may be commanded; 0: nothing is held. None: wait.
+        It is agreed once all of ``AGREEMENT_TIME`` are within ``pressure_tolerance`` of each other,
+        if it may be commanded.
         """
         low, high = min(self._low, pressure), max(self._high, pressure)
         if self._since is None or high - low > limits.pressure_tolerance:
             self._since, low, high = now, pressure, pressure
-            self.refusal = TAKING_OVER
         self._low, self._high = low, high
-        self._agrees = False
-        if now - self._since < AGREEMENT_TIME:
-            return None
-        refusal = impossible_take_over(pressure, limits)
-        self._agrees = not refusal
-        self.refusal = refusal or TAKING_OVER
-        return None if refusal else max(pressure, 0.0)
+        self._held, self.refusal = None, TAKING_OVER
+        if now - self._since >= AGREEMENT_TIME:
+            refusal = impossible_take_over(pressure, limits)
+            self._held = None if refusal else pressure
+            self.refusal = refusal or TAKING_OVER
 
-    def check(self, now: float, limits: Limits) -> None:
-        """End the wait at a command, which is then what was agreed: 0 Pa opens a latched watchdog.
+    def check(self, now: float, limits: Limits) -> float:
+        """End the wait at a command, and return the pressure to take over [Pa].
 
-        Without a pressure for ``measured_pressure_timeout``, and at least ``LONGEST_DISCOVERY``, it
+        That is 0 while it waits, and where nothing is held: 0 Pa opens a latched watchdog. Without
+        a pressure for ``measured_pressure_timeout``, and at least ``LONGEST_DISCOVERY``, the wait
         ends too. Once one was measured there is no time-out: something may be held.
         """
+        if not self.waits:
+            return 0.0
         if not self._silence.is_expected:
             self._silence.hear(now)
         longest = max(limits.measured_pressure_timeout, LONGEST_DISCOVERY)
-        is_over = self._since is None and self._silence.exceeds(now, longest)
-        self.waits = self.waits and not self._agrees and not is_over
+        is_over = self._since is None and self._silence.exceeds(now, longest, limits.longest_gap)
+        self.waits = self._held is None and not is_over
+        return self._held or 0.0

@@ -74,8 +74,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         if not self.wait_for_kernels():
             return TransitionCallbackReturn.FAILURE
         loaded = self.runtime.load()
-        self.runtime.outputs.configure()
         self._inputs = Inputs(self, self.runtime)
+        self.runtime.outputs.configure()
         self.runtime.tell_range(loaded)
         return super().on_configure(state)
 
@@ -155,7 +155,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         runtime = self.runtime
         runtime.values = self._declared.values()
         if "gravity.vector" in names:
-            runtime.use_gravity(plan="gripper" not in names)
+            runtime.use_gravity()
         if "gripper" in names:
             runtime.load_another(self._proposed)
         runtime.use_limits()

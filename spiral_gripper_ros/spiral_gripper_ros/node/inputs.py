@@ -50,13 +50,14 @@ class Inputs:
         self._has_latched = False
         self._transforms = Transforms(node, runtime.values.frame_id)
         self._subscriptions: list[Subscription] = []
+        if runtime.values.gravity.frame:
+            self._transforms.listen()  # raises before there is anything to be destroyed
         self._subscribe(Float64, "object_radius", self.hear_radius)
         self._subscribe(ObjectRadius, "object_radius_stamped", self.hear_stamped_radius)
         self._subscribe(Float64, "measured_pressure", self.hear_measured)
         self._subscribe(PoseStamped, "object_pose", log_on_error(runtime.errors, self.hear_pose))
         self._subscribe(Empty, "keep_alive", self.hear_client)
         if runtime.values.gravity.frame:
-            self._transforms.listen()
             look, period = vent_on_error(runtime, self.look_up_gravity), GRAVITY_PERIOD
         else:
             self._subscribe(Vector3Stamped, "gravity", self.hear_gravity)

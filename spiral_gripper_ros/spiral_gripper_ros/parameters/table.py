@@ -232,7 +232,10 @@ class Publish(Parameters):
 
     NAMESPACE = "publish."
     rate: float = parameter(
-        50.0, "Rate of pressure_command and status while active, and of the ramp [Hz].", 1.0, 500.0
+        _LIMITS.publish_rate,
+        "Rate of pressure_command and status while active, and of the ramp [Hz].",
+        1.0,
+        500.0,
     )
     marker_rate: float = parameter(5.0, "Rate of markers while active [Hz]; 0: none.", 0.0, 50.0)
     robot_state_rate: float = parameter(

@@ -98,7 +98,7 @@ class GripFollower:
     def follow(
         self, now: float, gravity: Vector, rate: float, in_use: InUse | None, *, is_on: bool = True
     ) -> bool:
-        """Take the grip that is solved, start the next one; return whether one was taken.
+        """Take the grip that is solved, start the next one; return whether plans may differ now.
 
         Args:
             now: time [s], never decreasing.
@@ -108,18 +108,18 @@ class GripFollower:
             is_on: whether anything is known and computed.
         """
         taken = self._take()
-        self._rate = rate
         is_turned = math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE
+        is_switched = is_on is not self._is_on
         if is_turned:
             self._gravity, self._turned_at = gravity, now
-        if is_turned or is_on is not self._is_on:
-            self._is_on = is_on
+        if is_turned or is_switched or rate != self._rate:
+            self._is_on, self._rate = is_on, rate
             self.end()
         if in_use is None or not in_use.is_like(self.in_use):
             self.in_use, self._wanted_at = in_use, now
         if self._job is None and is_on and now - self._turned_at >= SETTLING:
             self._start(now)
-        return taken
+        return taken or is_switched
 
     def table(self, gravity: Vector) -> GripTable | None:
         """Return the table of grips, if there is one for a gravity [m/s^2]."""

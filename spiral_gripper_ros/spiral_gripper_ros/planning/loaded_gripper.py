@@ -168,22 +168,27 @@ class LoadedGripper:
         """Whether regimes are those of the contact, because the object's place is known."""
         return self._contact is not None
 
-    def regime(self, pressure: float) -> WrapRegime | None:
-        """Return how the object in use is held at a pressure [Pa], as far as is known.
+    def regime(self, snapshot: Snapshot) -> WrapRegime | None:
+        """Return how the object in use is held at the pressure of the gripper, as far as is known.
 
-        By the contact if that is known, else by the measured shape, else by the commanded one.
+        By the contact at its place if that is known, else by the measured shape, else by the
+        commanded one, whose tip may hang over within the window of the grip.
         """
-        contact = self._contact
+        contact, plan, pressure = self._contact, snapshot.plan, snapshot.pressure
         if isinstance(contact, GripCurve):
             return contact.regime(pressure)
         free = self.commanded if self.measured.pressure is None else self.measured
-        if free.shape is None or contact is None:
-            return free.regime
-        return WrapRegime.OVERHANG  # contact never wraps it
+        if free.regime is None:
+            return None
+        if contact is not None or (plan is not None and pressure >= plan.loss):
+            return WrapRegime.OVERHANG  # contact never wraps it, or not any more
+        is_known = plan is not None and 0.0 < plan.onset <= pressure
+        is_wrapped = is_known and free.regime is WrapRegime.OVERHANG
+        return WrapRegime.PERFECT_WRAP if is_wrapped else free.regime
 
     def shown_regime(self, snapshot: Snapshot) -> WrapRegime | None:
         """Return the regime as it is shown: by the tip alone, overpressure is no curling yet."""
-        regime = self.regime(snapshot.pressure)
+        regime = self.regime(snapshot)
         pressed = snapshot.wrapped and regime is WrapRegime.CURLING and self._contact is None
         return WrapRegime.PERFECT_WRAP if pressed else regime
 

@@ -112,8 +112,7 @@ class Runtime:
         Raises:
             SpiralError: the description cannot be used, or the gripper cannot coil.
         """
-        self.gravity = self.values.gravity.vector
-        self.control.forget_gravity()
+        self.use_gravity()
         loaded = self._made(load_description(self.values.gripper))
         loaded.load()
         self.loaded = loaded
@@ -145,12 +144,12 @@ class Runtime:
         self.limits = self._limits()
         self.control.reconfigure(self.limits)
 
-    def use_gravity(self, *, plan: bool) -> None:
-        """Take gravity from the parameter; ``plan``: have the gripper planned for at once."""
+    def use_gravity(self) -> None:
+        """Take gravity from the parameter."""
         self.gravity = self.values.gravity.vector
-        if plan and self.loaded is not None:
+        self.control.forget_gravity()
+        if self.loaded is not None:
             self.loaded.want(gravity_or_own(self.gravity, self.loaded.gripper), 0.0)
-            self.control.forget_gravity()
 
     def take_planner(self) -> None:
         """Plan with what has become ready in the background: other gravity or another gripper."""
@@ -244,20 +243,23 @@ class Runtime:
 
     def stop(self) -> None:
         """Vent, as the last command; a node that has commanded nothing stays silent."""
+        self._vent()
+        self.has_commanded = False
         self.control.deactivate()
-        if self.has_commanded:
-            self.publish()
-        else:
-            self.tell(self.now())
+        self.tell(self.now())
 
     def fail(self, text: str) -> None:
         """Vent because of an internal error (see :mod:`spiral_gripper_ros.runtime.guards`)."""
+        self._vent()
         self.control.fail(text)
-        if self.is_active or self.has_commanded:
-            self.outputs.publish_pressure(0.0)
-        self.on_published()
+        self.tell(self.now())
 
     # --- inside --------------------------------------------------------------------------------
+
+    def _vent(self) -> None:
+        """Publish 0 Pa, whatever the control logic is able to."""
+        if self.is_active or self.has_commanded:
+            self.outputs.publish_pressure(0.0)
 
     def _tell(self, now: float) -> None:
         """Publish what belongs to the pressure that has just been commanded."""
@@ -281,10 +283,10 @@ class Runtime:
         self.follow_grips()
         seen_object, grip = self.seen_object(), self.grip(pressure)
         force = None if grip is None else grip.normal_force
-        if grip is None and seen.plan is not None:
+        if grip is None and seen.plan is not None and not seen.plan.onset:
             with suppress(SpiralError):  # a pressure beyond the description
                 force = seen.plan.line_force(pressure)
-        self.control.observe(loaded.regime(pressure), force)
+        self.control.observe(loaded.regime(seen), force)
         snapshot, header = self.control.snapshot(), self.outputs.header()
         self.outputs.publish("status", status_to_msg(snapshot, loaded, header))
         told = (
