@@ -169,6 +169,8 @@ WAITING TAKEN_OVER - nan no: restart; measure -101325
 WAITING TAKEN_OVER - nan no: restart; measure 0 6.275e4
 WAITING TAKEN_OVER - nan no: restart; measure 0 0 0 0 0 6.275e4 6.275e4 6.275e4 6.275e4 6.275e4
 TAKEN_OVER TAKEN_OVER - 4e4 no: restart; measure 2.5e5; measure 0 6.275e4; measure 4e4
+HOLDING RADIUS_STALE - 3e4 held: vents; track; breaks fault=RegulatorFault.STUCK; cut;
+  run 0.34 0.02; limit pressure_settle_time=1; run 0.4 0.02
 WAITING NO_RADIUS - 0 no: restart; unmeasured; run 0.02; call offer_measured 100.1 4e4;
   call offer_measured 100.4 4e4; call offer_measured 100.5 9; call offer_measured 100.8 9; leap 0.8;
   run 0.02

@@ -23,6 +23,7 @@ from spiral_gripper_ros.node import display
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.planning import loaded_gripper
 from spiral_gripper_ros.planning.planner import GripperPlanner
+from spiral_gripper_ros.process.guards import GuardedLoop
 from spiral_gripper_ros.runtime.runtime import Outputs
 
 SUCCESS = TransitionCallbackReturn.SUCCESS
@@ -217,9 +218,10 @@ def test_a_node_that_is_destroyed_during_a_goal_leaves_nothing_behind(namespace,
     assert node.start()
     client.spinner.add_node(node)
     goals = Goals(client)
-    assert not node.goals.end(client.spinner)
+    loop = GuardedLoop(node.errors, client.spinner)
+    assert not node.goals.end(loop)
     started(goals.grasp(0.02, timeout=[600.0]))
-    assert node.goals.end(client.spinner)
+    assert node.goals.end(loop)
     client.spinner.remove_node(node)
     node.destroy_node()
     client.spin(0.1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import time
 
-from rclpy.executors import Executor
 from rclpy.node import Node
 
 from spiral_gripper_msgs.action import Grasp, Release
@@ -14,6 +13,7 @@ from spiral_gripper_ros.actions.grasp import GraspServer
 from spiral_gripper_ros.actions.gripper_command_server import gripper_command_servers
 from spiral_gripper_ros.actions.release import ReleaseServer
 from spiral_gripper_ros.actions.server import GoalServer
+from spiral_gripper_ros.process.guards import GuardedLoop
 from spiral_gripper_ros.runtime.runtime import Runtime
 
 # How long a node that is stopped goes on, so that its goals' results are sent [s]: some rounds of
@@ -44,20 +44,20 @@ class GoalServers:
         for server in self._servers:
             server.tick()
 
-    def end(self, executor: Executor) -> bool:
+    def end(self, loop: GuardedLoop) -> bool:
         """Let the goals of a node that is stopped send their results; return whether any ran.
 
         Whatever else was waiting has then been called as well.
 
         Args:
-            executor: of the node; it must not be spinning.
+            loop: of the node.
         """
         if not any(server.runs for server in self._servers):
             return False
         self._tick()
         deadline = time.monotonic() + END_TIME
         while time.monotonic() < deadline:
-            executor.spin_once(timeout_sec=0.1 * END_TIME)
+            loop.turn()
         return True
 
     def destroy(self) -> None:

@@ -246,7 +246,6 @@ class GripControl:
                 self._refuse(refusal)
         elif refusal or self._refusal:
             self._replan()
-        self._update_grasp()
 
     # --- goals -------------------------------------------------------------------------------
 
@@ -340,11 +339,6 @@ class GripControl:
                 self._refuse(refusal)
             elif self._state is State.GRASPING:
                 self._refusal = NOT_REFUSED
-        self._update_grasp()
-
-    def _update_grasp(self) -> None:
-        if self._grasp is not None:
-            self._grasp.update(self._clock.now, self.snapshot())
 
     def _fail_releases(self, refusal: Refusal) -> None:
         for release in self._releases:
@@ -373,11 +367,12 @@ class GripControl:
             self._monitor.commanded(time, self._pressure, limits)
         if self._target.radius is None:
             self._regime = None
-        if self._grasp is not None:
-            self._update_grasp()
-            self._grasp.commanded(time, self._pressure, self._pressure_target)
-            holds = self._is_wrapped or not self._grasp.wraps
-            if self._is_settled(self._grasp) and holds and not self._refusal:
+        grasp = self._grasp
+        if grasp is not None:
+            grasp.update(time, self.snapshot())
+            grasp.commanded(time, self._pressure, self._pressure_target)
+            holds = self._is_wrapped or not grasp.wraps
+            if self._is_settled(grasp) and holds and not self._refusal:
                 self._end(NOT_REFUSED)
         for release in self._releases:
             release.update(time, self.snapshot())

@@ -39,17 +39,9 @@ class CommandEnvelope:
 
     def __init__(self) -> None:
         self._parts: deque[tuple[float, float, float]] = deque()  # start, lowest, highest
-        self._first: float | None = None
-
-    def clear(self) -> None:
-        """Forget every command."""
-        self._parts.clear()
-        self._first = None
 
     def add(self, now: float, command: float, window: float) -> None:
         """Note a command [Pa] that is in force from ``now`` [s] on, for windows of that length."""
-        if self._first is None:
-            self._first = now
         if self._parts and now - self._parts[-1][0] <= window / PARTS:
             start, low, high = self._parts[-1]
             self._parts[-1] = (start, min(low, command), max(high, command))
@@ -67,9 +59,9 @@ class CommandEnvelope:
             >>> envelope.bounds(3.0, window=1.0)
             (50000.0, 50000.0)
         """
-        if self._first is None or now - self._first < window:
-            return -math.inf, math.inf
         self._drop(now - window)
+        if not self._parts or now - self._parts[0][0] < window:
+            return -math.inf, math.inf
         return min(part[1] for part in self._parts), max(part[2] for part in self._parts)
 
     def _drop(self, oldest: float) -> None:
@@ -93,12 +85,11 @@ class PressureMonitor:
     """
 
     def __init__(self) -> None:
-        self._envelope = CommandEnvelope()
         self.forget()
 
     def forget(self) -> None:
         """Reset: no measured pressure is known, and none is expected."""
-        self._envelope.clear()
+        self._envelope = CommandEnvelope()
         self._samples: deque[tuple[float, float]] = deque(maxlen=MOST_SAMPLES)
         self.fault = NOT_REFUSED
         self._silence = Silence()

@@ -65,9 +65,7 @@ class Release(RunningGoal):
         is_low = fault.reason is Reason.PRESSURE_LOW
         fails = is_low and new is not None and new < -limits.pressure_tolerance
         refusal = None
-        if snapshot.state is State.INACTIVE:
-            refusal = snapshot.refusal
-        elif snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
+        if snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
             refusal = _REPLACED
         elif not snapshot.is_measured:
             if elapsed >= limits.pressure_settle_time:

@@ -81,10 +81,11 @@ class Target:
         except SpiralError as error:
             return refusal_from_error(error)
         demanded = overpressure or 0.0
-        if not pressure + demanded <= limits.pressure_cap:
-            return _above_cap(pressure, demanded, limits)
-        if demanded > 0.0 and not pressure + demanded < plan.loss:
-            return beyond_loss(pressure + demanded, plan.loss)
+        refusal = _above_cap(pressure, demanded, limits)
+        if not refusal and demanded > 0.0 and not pressure + demanded < plan.loss:
+            refusal = beyond_loss(pressure + demanded, plan.loss)
+        if refusal:
+            return refusal
         self._least = self._kept(radius, plan, limits)
         if overpressure is None:
             demanded = default_overpressure(plan, limits, self._least * plan.wrap.pressure)
@@ -120,12 +121,9 @@ class Target:
 
     def beyond_cap(self, limits: Limits) -> Refusal | None:
         """Return why the limits do not allow the plan in use, or None if they do."""
-        if self.plan is None:
-            return None if self.frozen is None else asks_above_cap(self.frozen, limits)
-        demanded = self._demanded or 0.0
-        if self.plan.pressure + demanded <= limits.pressure_cap:
-            return None
-        return _above_cap(self.plan.pressure, demanded, limits)
+        if self.plan is not None:
+            return _above_cap(self.plan.pressure, self._demanded or 0.0, limits)
+        return None if self.frozen is None else asks_above_cap(self.frozen, limits)
 
     def replan(self, limits: Limits) -> Refusal | None:
         """Plan again for the radius in use, with other limits or another planner."""
@@ -217,7 +215,9 @@ def asks_above_cap(pressure: float, limits: Limits) -> Refusal | None:
     return Refusal(Reason.PRESSURE_CAP, text)
 
 
-def _above_cap(pressure: float, overpressure: float, limits: Limits) -> Refusal:
+def _above_cap(pressure: float, overpressure: float, limits: Limits) -> Refusal | None:
+    if pressure + overpressure <= limits.pressure_cap:
+        return None
     extra = f" and {overpressure:.6g} Pa of overpressure" if overpressure > 0.0 else ""
     return Refusal(
         Reason.PRESSURE_CAP,

@@ -88,7 +88,7 @@ class NodeProgram:
             pass
         finally:
             node.vent()
-            if node.goals.end(loop.executor):
+            if node.goals.end(loop):
                 node.vent()  # whatever else has been called meanwhile
             node.runtime.background.end()
             join_ended()

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import threading
-from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
@@ -31,7 +30,6 @@ class ControlClock:
         self._node = node
         self._errors = errors
         self.clock = STEADY
-        self._guarded: list[Any] = []
         self._steps, self._lock = MonotonicClock(), threading.Lock()
         self._last = 0.0
         self._moved_at = 0.0
@@ -39,9 +37,9 @@ class ControlClock:
     def guard(self) -> None:
         """Let bad samples of /clock (negative ones, say) be logged instead of raised by rclpy."""
         for subscription in self._node.subscriptions:
-            if subscription.topic_name == "/clock" and subscription not in self._guarded:
+            is_guarded = hasattr(subscription.callback, "__wrapped__")
+            if subscription.topic_name == "/clock" and not is_guarded:
                 subscription.callback = log_on_error(self._errors, subscription.callback)
-                self._guarded.append(subscription)
 
     def choose(self) -> None:
         """Use the simulated clock if ``use_sim_time`` is set, else the steady one."""
