@@ -49,19 +49,19 @@ def test_every_number_of_an_interface_says_its_unit(name):
         assert re.search(r"#.*(\[[\w/^ ]+\]|SI)", rest), f"{field} of {name} names no unit"
 
 
-def diagnosed(state, clock_stands_still=False, **fields):
-    seen = snapshot(state, **fields)
-    return diagnostics_to_msg(
-        seen, Header().stamp, "/node", "id", 3, clock_stands_still=clock_stands_still
-    ).status[0]
-
-
 def test_the_diagnostics_of_every_state_are_those_on_record():
     found = [
         f"{one.level[0]} {one.message}"
         for state in State
         for still in (False, True)
         for fault in (NOT_REFUSED, Refusal(Reason.PRESSURE_LOW, "a leak"))
-        for one in [diagnosed(state, still, pressure_fault=fault)]
+        for one in diagnostics_to_msg(
+            snapshot(state, pressure_fault=fault),
+            Header().stamp,
+            "/node",
+            "id",
+            3,
+            clock_stands_still=still,
+        ).status
     ]
     agrees("diagnostics", "\n".join(found))

@@ -105,6 +105,6 @@ def test_a_pose_in_another_frame_is_taken_at_its_time(frames, node):
 
 
 def test_without_tf2_ros_such_a_node_is_not_configured(tilting, capfd):
-    made = [len([*tilting.subscriptions, *tilting.publishers]) for _ in "ab" if not tilting.start()]
-    assert made == made[:1] * 2
+    assert not tilting.start()
+    assert not [*tilting.subscriptions]  # none is left behind
     assert "other frames need tf2_ros, which cannot be used" in capfd.readouterr().err

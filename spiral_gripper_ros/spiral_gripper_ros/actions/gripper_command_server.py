@@ -75,7 +75,7 @@ class GripperCommandServer(GoalServer):
 
         It never says that it is stalled: clients are free to take that for an object that is held.
         """
-        position, effort = self._reading(report)
+        position, effort = self._reading()
         joint = JointState(position=[position], effort=[effort])
         joint.header.stamp = self.node.get_clock().now().to_msg()
         own = opening_joint(self.runtime.values.frame_id)
@@ -84,22 +84,20 @@ class GripperCommandServer(GoalServer):
         told = {"position": position, "effort": effort, "state": joint, "reached_goal": reached}
         return filled(message, **told)
 
-    def _reading(self, report: GraspReport) -> tuple[float, float]:
+    def _reading(self) -> tuple[float, float]:
         """Return the diameter that is wrapped [m] and the force on the object [N].
 
         The opening and 0 if none is; the force is that where the object is seen, if known.
         """
         runtime, snapshot = self.runtime, self.runtime.control.snapshot()
-        loaded, pressure, radius = runtime.loaded, snapshot.pressure, snapshot.radius
+        loaded, pressure, plan = runtime.loaded, snapshot.pressure, snapshot.plan
         if loaded is None:
             return self._opening, 0.0
-        # Of a goal that was refused the gripper's own: it may hold what another goal made it hold.
-        plan, planner = report.plan or snapshot.plan, loaded.planner
-        if plan is None or radius is None or not snapshot.wrapped:
-            return planner.wrapped_diameter(pressure, self._opening), 0.0
-        grip = loaded.grips.answer(plan, runtime.seen_object(), pressure)
-        force = planner.contact_force(plan, pressure) if grip is None else grip.normal_force
-        return 2.0 * radius, force
+        if plan is None or not snapshot.wrapped:
+            return loaded.planner.wrapped_diameter(pressure, self._opening), 0.0
+        grip = runtime.grip(pressure)
+        force = loaded.planner.contact_force(plan, pressure) if grip is None else grip.normal_force
+        return 2.0 * plan.wrap.object_radius, force
 
     @property
     def _opening(self) -> float:

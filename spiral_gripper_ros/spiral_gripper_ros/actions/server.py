@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -116,16 +115,13 @@ class GoalServer:
             report, result = await run.end
         finally:
             del self.runs[id(handle)]
-        outcome = report.outcome
-        if outcome is GraspOutcome.CANCELED and not handle.is_cancel_requested:
-            outcome = GraspOutcome.FAILED  # refused because an earlier goal was canceled
-        if outcome is GraspOutcome.FAILED:
+        if report.outcome is GraspOutcome.SUCCEEDED:
+            handle.succeed()
+        elif report.outcome is GraspOutcome.CANCELED and handle.is_cancel_requested:
+            handle.canceled()
+        else:  # it may be refused because an earlier goal was canceled
             self.node.get_logger().warning(f"{self._name}: {report.refusal.text}")
-        ends: dict[GraspOutcome, Callable[[], None]] = {
-            GraspOutcome.SUCCEEDED: handle.succeed,
-            GraspOutcome.CANCELED: handle.canceled,
-        }
-        ends.get(outcome, handle.abort)()
+            handle.abort()
         return result
 
     def _start(self, run: _Run) -> None:
@@ -141,8 +137,7 @@ class GoalServer:
             runtime.errors.note(f"a goal of {self._name}", error)
             goal = Refusal(Reason.INTERNAL_ERROR, f"the goal cannot be read: {error!r}")
         if is_canceled and not isinstance(goal, ReleaseGoal):
-            self._end(run, GraspReport(_CANCELED_BEFORE))
-            return
+            goal = _CANCELED_BEFORE
         now = runtime.now()
         started: Grasp | Release | Refusal
         if isinstance(goal, Refusal):

@@ -62,9 +62,9 @@ class Release(RunningGoal):
         new = snapshot.measured_pressure if age is not None and age <= elapsed else None
         # Once vented, a pressure is too low only where it is below 0, as of a failed sensor; one
         # that was too low for the grip, as of a leak, is on its way to 0.
-        is_low = fault.reason is Reason.PRESSURE_LOW
-        fails = is_low and new is not None and new < -limits.pressure_tolerance
-        refusal = None
+        fails, refusal = fault.reason in _SENSOR_FAULTS, None
+        if fault.reason is Reason.PRESSURE_LOW and new is not None:
+            fails = new < -limits.pressure_tolerance
         if snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
             refusal = _REPLACED
         elif not snapshot.is_measured:
@@ -72,7 +72,7 @@ class Release(RunningGoal):
                 refusal = NOT_REFUSED
         elif new is not None and abs(new) <= limits.pressure_tolerance:
             refusal = NOT_REFUSED
-        elif fails or fault.reason in _SENSOR_FAULTS:
+        elif fails:
             text = f"0 Pa is commanded, but nothing shows that the gripper is vented: {fault.text}"
             refusal = Refusal(fault.reason, text)
         elif elapsed > self._timeout and new is None:

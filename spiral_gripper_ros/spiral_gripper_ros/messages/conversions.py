@@ -178,7 +178,7 @@ def status_to_msg(
         loaded: the gripper, with its shapes up to date.
         header: stamp and frame of the message.
     """
-    status: GripStatus = filled(
+    return filled(
         GripStatus(),
         snapshot,
         header=header,
@@ -189,7 +189,6 @@ def status_to_msg(
         object_radius=snapshot.radius,
         regime=REGIMES[loaded.shown_regime(snapshot)],
     )
-    return status
 
 
 def wrap_to_msg(
@@ -246,7 +245,7 @@ def figures_to_msg(
     """
     (lowest, highest), radius = planner.radius_range, plan.wrap.object_radius
     contact = (plan.wrap if grip is None else grip).contact_length
-    figures: WrapFigures = filled(
+    return filled(
         WrapFigures(),
         plan,
         plan.wrap,
@@ -258,4 +257,3 @@ def figures_to_msg(
         radius_margin=min(radius - lowest, highest - radius),
         pressure_margin=pressure_cap - pressure,
     )
-    return figures

@@ -19,7 +19,7 @@ def grip_to_msg(
     Args:
         answer: the grip, or None.
         now: time [s] of the clock that the grip's age is counted with.
-        payload: mass of the object [kg], or None if it is not known.
+        payload: mass of the object [kg]; None or NaN: it is not known.
         gravity: in the base frame [m/s^2].
     """
     if answer is None:

@@ -104,17 +104,15 @@ class PlanAnswers:
         except SpiralError as error:
             refusal, nearest = refusal_from_error(error), getattr(error, "nearest_radius", None)
         told = {"radius_range": answer.radius_range, "nearest_radius": nearest}
-        refused_answer: PlannedWrap = filled(_refused(refusal), **told)
-        return refused_answer
+        return filled(_refused(refusal), **told)
 
     def _filled(self, answer: PlannedWrap, asked: ObjectToWrap) -> PlannedWrap:
         request, radius, cap = self._request, asked.radius, self._limits.pressure_cap
         self._check(asked)
         overpressure, length = known(request.overpressure), known(asked.length)
         payload, planner = known(asked.payload), self._planner(asked)
-        if planner.error is not None:
-            raise planner.error.with_traceback(None)
-        answer.radius_range = planner.radius_range
+        if planner.error is None:
+            answer.radius_range = planner.radius_range
         plan = planner.plan(radius, by_tip=request.compute_grip)
         needed = plan.wrap.object_length_needed or 0.0
         if length is not None and length < needed:
@@ -135,8 +133,8 @@ class PlanAnswers:
         grip = None
         if solved is not None:
             grip = solved.answer(pressure, at_pose=pose is not None)
-        elif self._is_own(asked):
-            grip = self._loaded.grips.answer(plan, None, pressure)
+        elif planner.grips is not None:
+            grip = planner.grips.answer(plan, None, pressure)
         loss = plan.loss if grip is None else grip.loss
         if not pressure < loss:
             raise _RefusedError(beyond_loss(pressure, loss))
@@ -152,7 +150,7 @@ class PlanAnswers:
         placement = plan.placement
         if request.backbone:
             answer.backbone = backbone_to_msg(plan.wrap.state, self._points, self._header)
-        message: PlannedWrap = filled(
+        return filled(
             answer,
             figures=[figures_to_msg(plan, pressure, planner, cap, grip)],
             grip=grip_to_msg(grip, self._now, payload, planner.gravity),
@@ -167,7 +165,6 @@ class PlanAnswers:
             f"{'; at its pose it may be missed' if missed else ''}"
             f"{unjudged}",
         )
-        return message
 
     def _check(self, asked: ObjectToWrap) -> None:
         """Refuse numbers that are out of their range."""

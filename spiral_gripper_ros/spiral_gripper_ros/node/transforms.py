@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import importlib
-import math
 from typing import Any
 
 from rclpy.node import Node
@@ -13,7 +12,7 @@ from rclpy.time import Time
 from spiral_core.errors import InvalidInputError, SpiralError
 from spiral_core.rod.types import Vector
 from spiral_gripper_ros.messages.conversions import quaternion_from_msg, vector_from_msg
-from spiral_gripper_ros.planning.object_pose import Quaternion, object_line, rotated
+from spiral_gripper_ros.planning.object_pose import Quaternion, object_line, rotated, unit_turn
 
 
 class TransformError(SpiralError):
@@ -106,6 +105,4 @@ class Transforms:
             object_line(shift, quaternion)
         except InvalidInputError:
             raise TransformError(f"the {between} no rigid motion, got {place}, {turn}") from None
-        size = math.hypot(*quaternion)  # 1 but for its digits
-        x, y, z, w = (component / size for component in quaternion)
-        return shift, (x, y, z, w), found.header.stamp
+        return shift, unit_turn(quaternion), found.header.stamp

@@ -104,11 +104,20 @@ def object_line(center: Vector, turn: Quaternion) -> tuple[Vector, Vector]:
     if not (all(map(math.isfinite, center)) and math.hypot(*center) <= LARGEST_DISTANCE):
         requirement = f"3 finite numbers within {LARGEST_DISTANCE:g} m"
         raise InvalidInputError("the position of object_pose", center, requirement)
+    return center, rotated(unit_turn(turn), (0.0, 0.0, 1.0))
+
+
+def unit_turn(turn: Quaternion) -> Quaternion:
+    """Return a unit quaternion without the errors of its digits.
+
+    Raises:
+        InvalidInputError: it is none.
+    """
     size = math.hypot(*turn)
     if not abs(size - 1.0) <= NORM_TOLERANCE:
         raise InvalidInputError("the orientation of object_pose", turn, "a unit quaternion")
     x, y, z, w = (component / size for component in turn)
-    return center, rotated((x, y, z, w), (0.0, 0.0, 1.0))
+    return x, y, z, w
 
 
 def misplacement(seen: SeenObject, expected: ObjectPlacement) -> tuple[float, float]:

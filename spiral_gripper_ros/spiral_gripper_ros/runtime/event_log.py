@@ -83,9 +83,11 @@ class EventLog:
     def tell_clock(self, stands_still: bool) -> None:
         """Log that the simulated clock has stopped, or runs again."""
         stops = "/clock has stopped: the command stays constant (use_sim_time is set)"
-        if stands_still and not self._clock_stands_still:
+        if stands_still is self._clock_stands_still:
+            return
+        if stands_still:
             self._logger.warning(stops)
-        elif self._clock_stands_still and not stands_still:
+        else:
             self._logger.info("/clock runs again")
         self._clock_stands_still = stands_still
 

@@ -216,9 +216,7 @@ class Runtime:
             answer: what is known.
             payload: mass of the object [kg]; None: that of the parameter.
         """
-        own = self.values.grip.payload
-        if payload is None and not math.isnan(own):
-            payload = own
+        payload = self.values.grip.payload if payload is None else payload
         gravity = () if self.loaded is None else self.loaded.gravity
         return grip_to_msg(answer, self.now(), payload, gravity)
 
