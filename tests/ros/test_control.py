@@ -346,11 +346,6 @@ def test_gravity_grows_stale_and_is_reported(bench):
     assert bench.seen.gravity_age is None
 
 
-def test_a_pressure_that_is_not_taken_over_says_why(bench):
-    bench.follow("restart; measure 101325")
-    assert "absolute" in bench.seen.refusal.text
-
-
 @drawn(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))
 def test_inner_time_never_runs_backwards_and_never_ends(readings):
     clock = MonotonicClock()

@@ -88,7 +88,7 @@ class KnownGrips(Steps):
     def table(self, description):
         radii, curve = (0.006, 0.018, 0.022, 0.035), WrapCurve(description.gripper)
         held = radii[::3] if self.lost else radii
-        grips = [self.grip(curve, r) if r in held else None for r in radii]
+        grips = (self.grip(curve, r) if r in held else None for r in radii)
         return table_of(radii, grips, self.error)
 
     def grip(self, curve, radius):

@@ -15,10 +15,9 @@ from spiral_core import (
     WrapRegime,
     lay_into_coil,
 )
-from spiral_core.errors import ActuationLimit, ActuationLimitError
 from spiral_core.rod.state import RodStatus
 from spiral_gripper import load_description
-from spiral_gripper_ros.control.states import Reason, Refusal, State, refusal_from_error
+from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import MEASURED_STEP, LoadedGripper
 from spiral_gripper_ros.planning.planner import (
@@ -127,8 +126,3 @@ def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(loade
     assert pressed is WrapRegime.PERFECT_WRAP
     loaded.update_measured_shape(pressure, None, 1.0e3)
     assert loaded.shown_regime(snapshot(State.TRACKING)) is None
-
-
-def test_a_limit_of_the_pressure_is_refused_as_one():
-    error = ActuationLimitError(ActuationLimit.LIMIT_POINT, "pressure", 2.0, 1.0)
-    assert refusal_from_error(error) == Refusal(Reason.PRESSURE_CAP, str(error))

@@ -90,6 +90,7 @@ class GripControl:
         self._accepted = 0
         self._refused: Counter[Reason] = Counter()
         self._last_refused = NOT_REFUSED
+        self._stale: Refusal | None = None  # the newest that no usable radius has come
         self._monitor = PressureMonitor()
         self._commanded_at: float | None = None
         self._doubted_until = 0.0
@@ -435,7 +436,7 @@ class GripControl:
             return
         self._last_refused = refusal
         # A stream of bad radii counts as no stream: the reason must not change with each of them.
-        if self._refusal.reason is not Reason.RADIUS_STALE and self._state is not State.TAKEN_OVER:
+        if self._refusal is not self._stale and self._state is not State.TAKEN_OVER:
             self._refusal = refusal
         self._enter(Event.REFUSED, self._refusal)
 
@@ -507,14 +508,12 @@ class GripControl:
             self._target.clear()
             self._pressure = capped_pressure(held, limits.pressure_cap)
             self._enter(Event.AGREED, TAKEN_OVER)
-        gravity = self._gravity_fault()
-        if self._rule is CommandRule.VENT or not limits.keep_alive_timeout > 0.0:
+        gravity, is_vented = self._gravity_fault(), self._rule is CommandRule.VENT
+        if is_vented or not limits.keep_alive_timeout > 0.0:
             self._client.hear(time)  # none is needed
-        if self._rule is CommandRule.VENT:
-            return
         if self._client.exceeds(time, limits.keep_alive_timeout, limits.longest_gap):
             self.release(lost_client(limits))
-        elif gravity and limits.gravity_timeout_policy is FaultPolicy.VENT:
+        elif gravity and not is_vented and limits.gravity_timeout_policy is FaultPolicy.VENT:
             self._enter(Event.FAULT, gravity)
 
     def _act_on_stale_radius(self) -> None:
@@ -524,9 +523,10 @@ class GripControl:
         if age is None or (self._state, event) not in TRANSITIONS:
             return
         if self._radius.exceeds(time, limits.radius_timeout, limits.longest_gap):
-            if self._refusal.reason is not Reason.RADIUS_STALE:
+            if self._refusal is not self._stale:
                 self._refused[Reason.RADIUS_STALE] += 1
-            self._enter(event, stale_radius(age, limits, self._last_refused))
+            self._stale = stale_radius(age, limits, self._last_refused)
+            self._enter(event, self._stale)
 
     def _gravity_fault(self) -> Refusal:
         """Return that gravity is stale; ``Reason.NONE`` if it is not."""

@@ -95,7 +95,12 @@ def cause(last: Refusal) -> str:
 
 
 def impossible_take_over(pressure: float, limits: Limits) -> Refusal | None:
-    """Return why a measured gauge pressure [Pa] must not become the command, or None."""
+    """Return why a measured gauge pressure [Pa] must not become the command, or None.
+
+    Example:
+        >>> impossible_take_over(101325.0, Limits(pressure_cap=2.0e5)).text.partition(":")[0]
+        'measured_pressure 101325 Pa looks absolute'
+    """
     tolerance, cap = limits.pressure_tolerance, limits.pressure_cap
     if ATMOSPHERE_AT_SEA[0] <= pressure <= ATMOSPHERE_AT_SEA[1]:
         why = f"looks absolute: {MUST_BE_GAUGE}"

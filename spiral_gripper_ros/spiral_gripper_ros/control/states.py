@@ -166,6 +166,10 @@ def refusal_from_error(error: SpiralError) -> Refusal:
         >>> error = NotGrippableError(0.09, "too large for one turn", -0.05, 0.04)
         >>> refusal_from_error(error).reason
         <Reason.RADIUS_TOO_LARGE: 5>
+        >>> from spiral_core.errors import ActuationLimit
+        >>> error = ActuationLimitError(ActuationLimit.LIMIT_POINT, "pressure", 2.0, 1.0)
+        >>> refusal_from_error(error) == Refusal(Reason.PRESSURE_CAP, str(error))
+        True
     """
     reason = Reason.NOT_CERTIFIED
     if isinstance(error, NotGrippableError) and error.nearest_radius is not None:

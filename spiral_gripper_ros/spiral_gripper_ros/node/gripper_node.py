@@ -159,7 +159,7 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         if "gripper" in names:
             runtime.load_another(self._proposed)
         runtime.use_limits()
-        if "publish.rate" in names and runtime.is_active:
+        if runtime.is_active and "publish.rate" in names:
             self._start_timers()
         elif runtime.is_active and names & DISPLAY_RATES:
             self._display.start()
