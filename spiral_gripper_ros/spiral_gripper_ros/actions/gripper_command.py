@@ -56,7 +56,7 @@ def goal_from_command(
     if not position > 0.0:
         text = f"position must be the object's diameter, > 0, got {position:.6g} m"
         return Refusal(Reason.RADIUS_NOT_POSITIVE, text)
-    if not (math.isfinite(limit) and limit >= 0.0):
+    if not 0.0 <= limit < math.inf:
         text = f"max_effort must be a non-negative finite number, got {limit:.6g} N"
         return Refusal(Reason.INVALID_REQUEST, text)
     if position >= opening:

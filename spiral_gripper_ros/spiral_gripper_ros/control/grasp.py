@@ -172,12 +172,12 @@ def impossible_goal(goal: GraspGoal) -> Refusal | None:
         'overpressure must be a non-negative finite number, got -1 Pa'
     """
     for name, value in (("pressure", goal.pressure), ("overpressure", goal.overpressure)):
-        if value is not None and not (math.isfinite(value) and value >= 0.0):
+        if value is not None and not 0.0 <= value < math.inf:
             text = f"{name} must be a non-negative finite number, got {value:.6g} Pa"
             return Refusal(Reason.INVALID_REQUEST, text)
     if goal.pressure is not None and goal.overpressure is not None:
         return Refusal(Reason.INVALID_REQUEST, "overpressure is that of a wrap, not of a pressure")
-    if goal.timeout is not None and not (math.isfinite(goal.timeout) and goal.timeout > 0.0):
+    if goal.timeout is not None and not 0.0 < goal.timeout < math.inf:
         return Refusal(
             Reason.INVALID_REQUEST,
             f"timeout must be a positive finite number, got {goal.timeout:.6g} s",

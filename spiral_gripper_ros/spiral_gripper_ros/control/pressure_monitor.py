@@ -186,7 +186,7 @@ def impossible_pressure(pressure: float) -> Refusal | None:
         >>> impossible_pressure(float("nan")).text
         'measured_pressure must be a gauge pressure from -101325 to 1e+07 Pa, got nan Pa'
     """
-    if math.isfinite(pressure) and LOWEST_PRESSURE <= pressure <= HIGHEST_PRESSURE:
+    if LOWEST_PRESSURE <= pressure <= HIGHEST_PRESSURE:
         return None
     return Refusal(
         Reason.PRESSURE_INVALID,

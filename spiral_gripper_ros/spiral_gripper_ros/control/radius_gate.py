@@ -100,7 +100,7 @@ def age_problem(topic: str, age: float, parameter: str, limit: float) -> str:
         >>> age_problem("object_radius_stamped", 0.1, "radius.age_limit", 0.5)
         ''
     """
-    if math.isfinite(age) and abs(age) <= limit:
+    if abs(age) <= limit:
         return ""
     how = f"{age:.3g} s old" if age > 0.0 else f"{-age:.3g} s ahead of this clock"
     return f"{topic} is {how}, more than {parameter} = {limit:g} s"

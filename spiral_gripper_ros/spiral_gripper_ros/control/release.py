@@ -46,7 +46,7 @@ class Release(RunningGoal):
         self._timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
         self._limits = limits
         self.report = replace(self.report, progress=1.0)
-        if not (math.isfinite(self._timeout) and self._timeout > 0.0):
+        if not 0.0 < self._timeout < math.inf:
             value = f"got {self._timeout:.6g} s; vented all the same"
             text = f"timeout must be a positive finite number, {value}"
             self.end(now, Refusal(Reason.INVALID_REQUEST, text))

@@ -177,7 +177,7 @@ def capped_pressure(pressure: float, cap: float) -> float:
         >>> capped_pressure(1.2e5, cap=1.0e5), capped_pressure(float("nan"), cap=1.0e5)
         (100000.0, 0.0)
     """
-    if not (math.isfinite(pressure) and math.isfinite(cap) and pressure > 0.0 and cap > 0.0):
+    if not (0.0 < pressure < math.inf and 0.0 < cap < math.inf):
         return 0.0
     return pressure if pressure <= cap else cap
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import importlib
-import math
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, TransformStamped
@@ -75,8 +74,8 @@ class RobotState:
             self._publishers["object"].publish(PoseStamped(header=header, pose=poses["object"]))
         opening = runtime.values.gripper_cmd.open_position
         position = loaded.planner.wrapped_diameter(snapshot.pressure, opening)
-        state = JointState(header=header, name=[opening_joint(header.frame_id)])
-        state.position = [position if math.isfinite(position) else opening]
+        name = opening_joint(header.frame_id)
+        state = JointState(header=header, name=[name], position=[position])
         self._publishers["joint"].publish(state)
         if self._frames is not None:
             transforms = []

@@ -149,11 +149,7 @@ def gravity_problem(components: Iterable[float]) -> str | None:
         'gravity must be 3 finite numbers of norm at most 50 m/s^2, got (0.0, 0.0, 98.1)'
     """
     vector = tuple(components)
-    if (
-        len(vector) == 3
-        and all(map(math.isfinite, vector))
-        and math.hypot(*vector) <= GRAVITY_LIMIT
-    ):
+    if len(vector) == 3 and math.hypot(*vector) <= GRAVITY_LIMIT:  # not NaN
         return None
     return str(InvalidInputError("gravity", vector, GRAVITY_REQUIREMENT))
 
@@ -166,16 +162,11 @@ def may_be_unset(spec: ParameterSpec) -> bool:
 def unmet_requirement(spec: ParameterSpec, value: ParameterValue) -> str | None:
     """Return what a value of a parameter would have to be, or None if it is that."""
     low, high = spec.low, spec.high
-    if may_be_unset(spec) and isinstance(value, float) and math.isnan(value):
-        return None
-    if (
-        low is not None
-        and high is not None
-        and not (
-            isinstance(value, (int, float)) and not isinstance(value, bool) and low <= value <= high
-        )
-    ):
-        return f"a number from {low:g} to {high:g}"
+    if low is not None and high is not None:
+        is_unset = may_be_unset(spec) and value != value
+        is_within = isinstance(value, (int, float)) and low <= value <= high
+        if isinstance(value, bool) or not (is_unset or is_within):
+            return f"a number from {low:g} to {high:g}"
     if spec.choices and value not in spec.choices:
         return f"one of {', '.join(spec.choices)}"
     if isinstance(spec.default, str) and spec.default and not value:

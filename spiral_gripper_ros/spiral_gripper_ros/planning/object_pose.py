@@ -101,7 +101,7 @@ def object_line(center: Vector, turn: Quaternion) -> tuple[Vector, Vector]:
     Raises:
         InvalidInputError: it is no pose.
     """
-    if not (all(map(math.isfinite, center)) and math.hypot(*center) <= LARGEST_DISTANCE):
+    if not math.hypot(*center) <= LARGEST_DISTANCE:  # NaN is not
         requirement = f"3 finite numbers within {LARGEST_DISTANCE:g} m"
         raise InvalidInputError("the position of object_pose", center, requirement)
     return center, rotated(unit_turn(turn), (0.0, 0.0, 1.0))
