@@ -467,7 +467,7 @@ class GripControl:
             if age is not None:
                 self._gravity.hear(time, age)
         elif (
-            time - self._commanded_at > max(LONGEST_GAP, self._limits.longest_gap)
+            time - self._commanded_at > max(LONGEST_GAP, 1.5 * self._limits.period)
             or self._monitor.fault.reason is Reason.PRESSURE_LOST
         ):
             self._doubted_until = time + DOUBT_TIME
@@ -511,7 +511,7 @@ class GripControl:
         gravity, is_vented = self._gravity_fault(), self._rule is CommandRule.VENT
         if is_vented or not limits.keep_alive_timeout > 0.0:
             self._client.hear(time)  # none is needed
-        if self._client.exceeds(time, limits.keep_alive_timeout, limits.longest_gap):
+        if self._client.exceeds(time, limits.keep_alive_timeout, limits.period):
             self.release(lost_client(limits))
         elif gravity and not is_vented and limits.gravity_timeout_policy is FaultPolicy.VENT:
             self._enter(Event.FAULT, gravity)
@@ -522,7 +522,7 @@ class GripControl:
         age = self._radius.age(time)
         if age is None or (self._state, event) not in TRANSITIONS:
             return
-        if self._radius.exceeds(time, limits.radius_timeout, limits.longest_gap):
+        if self._radius.exceeds(time, limits.radius_timeout, limits.period):
             if self._refusal is not self._stale:
                 self._refused[Reason.RADIUS_STALE] += 1
             self._stale = stale_radius(age, limits, self._last_refused)
@@ -532,5 +532,5 @@ class GripControl:
         """Return that gravity is stale; ``Reason.NONE`` if it is not."""
         time, limits = self._clock.now, self._limits
         longest, age = limits.gravity_timeout, self._gravity.age(time)
-        is_late = longest > 0.0 and self._gravity.exceeds(time, longest, limits.longest_gap)
+        is_late = longest > 0.0 and self._gravity.exceeds(time, longest, limits.period)
         return NOT_REFUSED if age is None or not is_late else stale_gravity(age, limits)

@@ -111,9 +111,9 @@ class Limits:
                 require_positive(name, value)
 
     @property
-    def longest_gap(self) -> float:
-        """Time between two commands above which the process has stalled [s]."""
-        return 1.5 / self.publish_rate
+    def period(self) -> float:
+        """Time between two commands [s]."""
+        return 1.0 / self.publish_rate
 
 
 _NON_NEGATIVE = (

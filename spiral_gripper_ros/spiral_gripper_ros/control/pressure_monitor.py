@@ -135,7 +135,7 @@ class PressureMonitor:
 
     def check(self, now: float, limits: Limits) -> None:
         """Advance to the time ``now`` [s], and report missing messages as a fault."""
-        if self._silence.exceeds(now, limits.measured_pressure_timeout, limits.longest_gap):
+        if self._silence.exceeds(now, limits.measured_pressure_timeout, limits.period):
             if self.fault.reason is not Reason.PRESSURE_LOST:
                 self.fault = Refusal(
                     Reason.PRESSURE_LOST,

@@ -85,7 +85,7 @@ class Silence:
         self._heard_at = now - age
         self._lasts, self._counted_at = max(age, 0.0), now
 
-    def exceeds(self, now: float, longest: float, gap: float = 0.0) -> bool:
+    def exceeds(self, now: float, longest: float, period: float = 0.0) -> bool:
         """Let time pass until ``now`` [s]; return whether the silence is longer than allowed [s].
 
         What was never heard may be silent: it is not expected.
@@ -93,12 +93,12 @@ class Silence:
         Args:
             now: time [s], never decreasing.
             longest: silence that is allowed [s].
-            gap: time between two calls that is no stall [s].
+            period: time between two calls [s].
         """
         if not self.is_expected:
             return False
         step = max(now - self._counted_at, 0.0)
-        self._lasts += min(step, max(LONGEST_STEP * longest, gap))
+        self._lasts += min(step, max(LONGEST_STEP * longest, period))
         self._counted_at = now
         return self._lasts > longest
 
@@ -153,6 +153,6 @@ class TakeOver:
         if not self._silence.is_expected:
             self._silence.hear(now)
         longest = max(limits.measured_pressure_timeout, LONGEST_DISCOVERY)
-        is_over = self._since is None and self._silence.exceeds(now, longest, limits.longest_gap)
+        is_over = self._since is None and self._silence.exceeds(now, longest, limits.period)
         self.waits = self._held is None and not is_over
         return self._held or 0.0
