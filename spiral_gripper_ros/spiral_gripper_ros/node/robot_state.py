@@ -53,8 +53,9 @@ class RobotState:
         self._publishers["joint"] = node.create_publisher(JointState, "joint_states", 10)
         self._publishers["object"] = node.create_publisher(PoseStamped, "wrapped_object_pose", 10)
         try:
-            self._frames = importlib.import_module("tf2_msgs.msg").TFMessage
-            self._publishers["frames"] = node.create_publisher(self._frames, "/tf", 100)
+            frames = importlib.import_module("tf2_msgs.msg").TFMessage
+            self._publishers["frames"] = node.create_publisher(frames, "/tf", 100)
+            self._frames = frames
         except Exception as error:  # not installed, or built for another Python
             node.get_logger().info(f"/tf is not published, tf2_msgs cannot be used: {error}")
 

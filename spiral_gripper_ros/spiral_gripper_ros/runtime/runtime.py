@@ -241,15 +241,19 @@ class Runtime:
 
     def stop(self) -> None:
         """Vent, as the last command; a node that has commanded nothing stays silent."""
-        self._vent()
+        try:
+            self.control.deactivate()
+        finally:
+            self._vent()
         self.has_commanded = False
-        self.control.deactivate()
         self.tell(self.now())
 
     def fail(self, text: str) -> None:
         """Vent because of an internal error (see :mod:`spiral_gripper_ros.runtime.guards`)."""
-        self._vent()
-        self.control.fail(text)
+        try:
+            self.control.fail(text)
+        finally:
+            self._vent()
         self.tell(self.now())
 
     # --- inside --------------------------------------------------------------------------------
