@@ -88,8 +88,9 @@ class KnownGrips(Steps):
     def table(self, description):
         radii, curve = (0.006, 0.018, 0.022, 0.035), WrapCurve(description.gripper)
         held = radii[::3] if self.lost else radii
-        grips = (self.grip(curve, r) if r in held else None for r in radii)
-        return table_of(radii, grips, self.error)
+        return table_of(
+            radii, [self.grip(curve, r) if r in held else None for r in radii], self.error
+        )
 
     def grip(self, curve, radius):
         tip = curve.pressure_from_radius(radius)

@@ -113,6 +113,7 @@ def test_a_pressure_just_outside_the_description_counts_as_its_bound(loaded):
 def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(loaded):
     pressure = loaded.planner.plan(0.02).pressure
     loaded.update_shape(pressure, 0.02)
+    seen = snapshot(State.TRACKING)
     for measured, regime in (
         (None, WrapRegime.PERFECT_WRAP),
         (0.5 * pressure, WrapRegime.OVERHANG),
@@ -120,9 +121,9 @@ def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(loade
         (1.15 * pressure, WrapRegime.CURLING),
     ):
         loaded.update_measured_shape(measured, 0.02, 1.0e3)
-        assert loaded.shown_regime(snapshot(State.TRACKING)) is regime
+        assert loaded.shown_regime(seen) is regime
     # A wrap that is pressed by overpressure is shown as perfect.
-    pressed = loaded.shown_regime(snapshot(State.TRACKING, wrapped=True))
-    assert pressed is WrapRegime.PERFECT_WRAP
+    pressed = snapshot(State.TRACKING, wrapped=True)
+    assert loaded.shown_regime(pressed) is WrapRegime.PERFECT_WRAP
     loaded.update_measured_shape(pressure, None, 1.0e3)
-    assert loaded.shown_regime(snapshot(State.TRACKING)) is None
+    assert loaded.shown_regime(seen) is None

@@ -57,6 +57,10 @@ class WrapPlan:
         """Middle of the good grips [Pa], by contact; None where it is not known."""
         return None if math.isinf(self.highest_good) else 0.5 * (self.onset + self.highest_good)
 
+    def is_wrapped(self, pressure: float) -> bool:
+        """Return whether contact is known to wrap the object at a pressure [Pa]."""
+        return 0.0 < self.onset <= pressure < self.loss
+
     def line_force(self, pressure: float) -> float:
         """Return the normal force per length of gripper on the object at a pressure [N/m].
 

@@ -182,8 +182,8 @@ class LoadedGripper:
             return None
         if contact is not None or (plan is not None and pressure >= plan.loss):
             return WrapRegime.OVERHANG  # contact never wraps it, or not any more
-        is_known = plan is not None and 0.0 < plan.onset <= pressure
-        is_wrapped = is_known and free.regime is WrapRegime.OVERHANG
+        hangs = free.regime is WrapRegime.OVERHANG
+        is_wrapped = hangs and plan is not None and plan.is_wrapped(pressure)
         return WrapRegime.PERFECT_WRAP if is_wrapped else free.regime
 
     def shown_regime(self, snapshot: Snapshot) -> WrapRegime | None:

@@ -285,7 +285,7 @@ class Runtime:
         self.follow_grips()
         seen_object, grip = self.seen_object(), self.grip(pressure)
         force = None if grip is None else grip.normal_force
-        if grip is None and seen.plan is not None and not seen.plan.onset:
+        if grip is None and seen.plan is not None and not seen.plan.is_wrapped(pressure):
             with suppress(SpiralError):  # a pressure beyond the description
                 force = seen.plan.line_force(pressure)
         self.control.observe(loaded.regime(seen), force)
