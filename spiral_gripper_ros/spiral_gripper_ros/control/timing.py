@@ -61,6 +61,9 @@ class Silence:
         >>> radius.hear(0.0)
         >>> radius.exceeds(1.3, longest=1.0), radius.exceeds(1.4, longest=1.0)
         (False, False)
+        >>> radius.hear(2.0, age=-0.1)  # its stamp is a little ahead of this clock
+        >>> radius.age(2.0)
+        0.0
     """
 
     def __init__(self) -> None:
@@ -82,8 +85,8 @@ class Silence:
 
     def hear(self, now: float, age: float = 0.0) -> None:
         """Note that something was heard at a time [s], as old as its stamp says [s]."""
-        self._heard_at = now - age
-        self._lasts, self._counted_at = max(age, 0.0), now
+        age = max(age, 0.0)
+        self._heard_at, self._lasts, self._counted_at = now - age, age, now
 
     def exceeds(self, now: float, longest: float, period: float = 0.0) -> bool:
         """Let time pass until ``now`` [s]; return whether the silence is longer than allowed [s].
