@@ -31,10 +31,10 @@ class GraspServer(GoalServer):
 
     def goal(self, request: Any) -> GraspGoal | Refusal:  # noqa: ANN401
         """Return the grasp that a goal asks for."""
-        payload = known(request.payload)
-        if payload is not None and not 0.0 <= payload <= LARGEST_PAYLOAD:
-            text = f"payload must be from 0 to {LARGEST_PAYLOAD:g} kg, got {payload:.6g} kg"
-            return Refusal(Reason.INVALID_REQUEST, text)
+        for payload in request.payload:  # of at most one
+            if not 0.0 <= payload <= LARGEST_PAYLOAD:
+                text = f"payload must be from 0 to {LARGEST_PAYLOAD:g} kg, got {payload:.6g} kg"
+                return Refusal(Reason.INVALID_REQUEST, text)
         for name, values in (("mode", _MODES), ("abort_policy", _ABORT_POLICIES)):
             if getattr(request, name) not in values:
                 text = f"{name} must be one of {sorted(values)}, got {getattr(request, name)}"

@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
+from builtin_interfaces.msg import Time as Stamp
 from rclpy.node import Node
 from rclpy.time import Time
 
@@ -87,7 +88,7 @@ class Transforms:
         Raises:
             TransformError: no transform is known, or it is no rigid motion.
         """
-        _, turn, stamp = self._look_up(frame, Time())
+        _, turn, stamp = self._look_up(frame, Stamp())
         return rotated(turn, (0.0, 0.0, -1.0)), stamp
 
     def _look_up(self, frame: str, stamp: Any) -> tuple[Vector, Quaternion, Any]:  # noqa: ANN401
@@ -95,8 +96,7 @@ class Transforms:
         self.listen()
         between = f"transform from {frame!r} to {self._base!r} is"
         try:
-            time = stamp if isinstance(stamp, Time) else Time.from_msg(stamp)
-            found = self._buffer.lookup_transform(self._base, frame, time)
+            found = self._buffer.lookup_transform(self._base, frame, Time.from_msg(stamp))
         except (self._tf2.TransformException, ValueError) as error:  # a stamp may be negative
             raise TransformError(f"no {between} known: {error}") from None
         place, turn = found.transform.translation, found.transform.rotation
