@@ -9,6 +9,7 @@ message is one line: what was wrong, which value, and what would be right. The s
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import Enum
 from numbers import Real
 
@@ -48,7 +49,11 @@ class ActuationLimit(Enum):
 class SpiralError(Exception):
     """Base class of the errors that this package raises."""
 
+    def __post_init__(self) -> None:
+        self.args = (*vars(self).values(),)  # of a dataclass: given by name or not
 
+
+@dataclass(eq=False, repr=False)
 class InvalidInputError(SpiralError, ValueError):
     """A value that a caller gave does not meet its requirement.
 
@@ -67,26 +72,18 @@ class InvalidInputError(SpiralError, ValueError):
         pressure must be at least 0, got -1 Pa
     """
 
-    def __init__(
-        self,
-        field: str,
-        value: object,
-        requirement: str,
-        unit: str = "1",
-        rounded: Callable[[float, int], float] | None = None,
-    ) -> None:
-        super().__init__(field, value, requirement, unit, rounded)
-        self.field = field
-        self.value = value
-        self.requirement = requirement
-        self.unit = unit
-        self.rounded = rounded
+    field: str
+    value: object
+    requirement: str
+    unit: str = "1"
+    rounded: Callable[[float, int], float] | None = None
 
     def __str__(self) -> str:
         got = _value_text(self.value, self.unit, self.rounded)
         return Message("{} must be {}, got {}", self.field, self.requirement, got)
 
 
+@dataclass(eq=False, repr=False)
 class ActuationLimitError(SpiralError):
     """A pressure or stretch lies past the end of the actuator's useful range.
 
@@ -102,12 +99,10 @@ class ActuationLimitError(SpiralError):
         pressure 200000 Pa is past its limit 150000 Pa: the measured actuation data end here; ...
     """
 
-    def __init__(self, limit: ActuationLimit, quantity: str, value: float, bound: float) -> None:
-        super().__init__(limit, quantity, value, bound)
-        self.limit = limit
-        self.quantity = quantity
-        self.value = value
-        self.bound = bound
+    limit: ActuationLimit
+    quantity: str
+    value: float
+    bound: float
 
     def __str__(self) -> str:
         unit = "Pa" if self.quantity == "pressure" else "1"
@@ -117,6 +112,7 @@ class ActuationLimitError(SpiralError):
         return Message(template, self.quantity, value, bound, self.limit.value)
 
 
+@dataclass(eq=False, repr=False)
 class SolverError(SpiralError):
     """An iteration ended without an answer that can be trusted.
 
@@ -126,16 +122,15 @@ class SolverError(SpiralError):
         iterations: how many iterations were spent.
     """
 
-    def __init__(self, status: Enum, residual: float, iterations: int) -> None:
-        super().__init__(status, residual, iterations)
-        self.status = status
-        self.residual = residual
-        self.iterations = iterations
+    status: Enum
+    residual: float
+    iterations: int
 
     def __str__(self) -> str:
         return f"{self.status.value} (residual {self.residual:.3g}, {self.iterations} iterations)"
 
 
+@dataclass(eq=False, repr=False)
 class NoCoilError(SpiralError):
     """No pressure within the limits coils the gripper often enough to wrap anything.
 
@@ -153,20 +148,11 @@ class NoCoilError(SpiralError):
 ask for fewer turns
     """
 
-    def __init__(
-        self,
-        turns: float,
-        turns_required: float,
-        pressure: float,
-        closes_at: float | None = None,
-        at_actuator_limit: bool = False,
-    ) -> None:
-        super().__init__(turns, turns_required, pressure, closes_at, at_actuator_limit)
-        self.turns = turns
-        self.turns_required = turns_required
-        self.pressure = pressure
-        self.closes_at = closes_at
-        self.at_actuator_limit = at_actuator_limit
+    turns: float
+    turns_required: float
+    pressure: float
+    closes_at: float | None = None
+    at_actuator_limit: bool = False
 
     def __str__(self) -> str:
         pressure = Quantity(self.pressure, "Pa")
@@ -197,6 +183,7 @@ ask for fewer turns
         )
 
 
+@dataclass(eq=False, repr=False)
 class NotGrippableError(SpiralError):
     """No pressure wraps the gripper around an object of this radius.
 
@@ -213,14 +200,10 @@ class NotGrippableError(SpiralError):
 the nearest grippable radius is 0.009 m
     """
 
-    def __init__(
-        self, radius: float, constraint: str, margin: float, nearest_radius: float | None
-    ) -> None:
-        super().__init__(radius, constraint, margin, nearest_radius)
-        self.radius = radius
-        self.constraint = constraint
-        self.margin = margin
-        self.nearest_radius = nearest_radius
+    radius: float
+    constraint: str
+    margin: float
+    nearest_radius: float | None
 
     def __str__(self) -> str:
         nearest = self.nearest_radius

@@ -7,7 +7,8 @@ All checks refuse NaN, infinities, booleans and strings.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from contextlib import suppress
 from numbers import Real
 from typing import Any
 
@@ -105,10 +106,14 @@ def require_vector(field: str, value: object, size: int) -> tuple[float, ...]:
         >>> require_vector("gravity", [0, 0, -9.81], 3)
         (0.0, 0.0, -9.81)
     """
-    if type(value) is tuple and len(value) == size and _all_finite_floats(value):
-        return value
+    if (
+        type(value) is tuple
+        and len(value) == size
+        and all(type(item) is float and -math.inf < item < math.inf for item in value)
+    ):
+        return value  # the usual case, told without a call for each
     requirement = f"{size} finite numbers"
-    if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
+    if not isinstance(value, Iterable) or isinstance(value, bytes | Set | Mapping | Iterator):
         raise InvalidInputError(field, value, requirement)
     try:
         components = tuple(_checked(field, item, requirement) for item in value)
@@ -192,23 +197,14 @@ def require_kind(field: str, value: object, *kinds: type) -> None:
         raise InvalidInputError(field, value, f"{article} {names}")
 
 
-def _all_finite_floats(values: tuple[object, ...]) -> bool:
-    """Return whether these are finite floats: the usual case, told without a call for each."""
-    return all(type(value) is float and -math.inf < value < math.inf for value in values)
-
-
 def _checked(field: str, value: object, requirement: str) -> float:
     """Return ``value`` as a finite float, or raise with the caller's ``requirement``."""
+    number = math.nan
     if type(value) is float:  # almost always, and much faster to tell than the general case
-        if not math.isfinite(value):
-            raise InvalidInputError(field, value, requirement)
-        return value
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise InvalidInputError(field, value, requirement)
-    try:
-        number = float(value)
-    except OverflowError:  # an int past the largest float
-        raise InvalidInputError(field, value, requirement) from None
+        number = value
+    elif isinstance(value, Real) and not isinstance(value, bool):
+        with suppress(OverflowError):  # an int past the largest float
+            number = float(value)
     if not math.isfinite(number):
         raise InvalidInputError(field, value, requirement)
     return number

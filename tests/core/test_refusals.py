@@ -69,6 +69,7 @@ from spiral_core.grip.table import GripTable
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_core.rod.motion.swing import Swing
 from spiral_core.rod.path import follow_path
+from spiral_core.rod.types import ZERO
 from spiral_core.wrap.coil import coil_from_state
 from spiral_core.wrap.helix import Helix
 from spiral_core.wrap.wrap import line_force
@@ -103,6 +104,7 @@ THINGS = [
         kind(*(1.5 - 0.1 * k for k in range(len(needed(kind)))))
         for kind in map(partial(getattr, spiral_core), spiral_core.__all__)
         if is_dataclass(kind) and fields(kind) and {*needed(kind)} <= {"float"}
+        if not issubclass(kind, Exception)
     ),
     *(ShapeReading(1.5, (1.5,) * 3, 1.5, 1.5), SignedDistance(len, 0.1), SHAPE, ACTUATOR, CLEAR),
     *(LATEX, PAPER_EXAMPLE.tubes[0], FILLED, COIL, PLAIN, PROBLEM, TURNED),
@@ -197,6 +199,7 @@ ARGUMENTS = [
             "stiffness": [
                 *(np.eye(2), (0.0, 1.0, 1.0), -np.eye(6)),
                 *(np.triu(np.ones((n, n))) for n in (3, 6)),
+                (10**400, 1.0, 1.0),
             ],
             # Of a matrix that has them.
             "extension": [1.0],
@@ -205,7 +208,13 @@ ARGUMENTS = [
     ),
     (Section.inextensible, 4e-4, 9e-4, 4e-4, 0.0, {"coupling": [6e-4, -6e-4]}),
     (Section.round, 1e-3, 1e6, 4e5, {"bore": [1e-3]}),
-    (ROD, {"friction_radius": [4e-3], "breaks": [(0.3, 0.2), (0.4,), (0.0,), ("a",)]}),
+    (
+        ROD,
+        {
+            "friction_radius": [4e-3],
+            "breaks": [(0.3, 0.2), (0.4,), (0.0,), ("a",), np.array((0.5,)), np.array(0.1)],
+        },
+    ),
     (PROBLEM, {"obstacles": [(Plane(),)], "point_loads": [(PointLoad(0.5),)]}),
     (
         Profile(EVEN, (0.1,) * 4),
@@ -382,6 +391,15 @@ TOGETHER = {
     partial(replace, PAPER_EXAMPLE, gravity=(0.0, 0.0, 0.0), payload=0.1): [()],
     partial(replace, HELICAL, fiber_angles_gamma=angles(20.0), fiber_angles_beta=angles(20.0)): [
         ()
+    ],
+    # An element that turns by nearly a full turn at rest, or more, looks all but straight.
+    partial(solve_rods, elements=8): [
+        (1.0, 1.0, 1.0, (0, 0, 50.0), ZERO),
+        *(("x", 1.0, 1.0, ZERO, ZERO), ((), 1.0, 1.0, ZERO, ZERO)),
+    ],
+    partial(solve_rod, elements=3): [
+        (Rod(0.3, PLAIN, rest_strain=(0, 0, 18.0), breaks=(0.28, 0.29)), LOAD),
+        (Rod(0.3, PLAIN, rest_strain=(1e308, 0, 1e308)), LOAD),
     ],
 }
 

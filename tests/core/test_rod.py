@@ -72,10 +72,10 @@ def test_what_the_fast_element_cannot_take_goes_to_the_mixed_one():
 
 @pytest.mark.parametrize("parts", [2, 3, 6])
 def test_equal_pieces_have_equally_many_elements(parts):
-    """Whatever rounding makes of their lengths."""
-    for length in (0.4, 0.28, 1.32):
+    """Whatever rounding makes of their lengths; an odd number of elements, many of them too."""
+    for length, count in product((0.4, 0.28, 1.32), (None, (10_001 // parts | 1) * parts)):
         ends = [length * k / parts for k in range(parts + 1)]
-        state = solve_rod(Rod(length, COUPLED, breaks=(*ends[1:-1],)))
+        state = solve_rod(Rod(length, COUPLED, breaks=np.array(ends[1:-1])), elements=count)
         nodes = np.abs(state.arc_lengths - np.transpose([ends])).argmin(axis=1)
         assert len({*np.diff(nodes)}) == 1
 

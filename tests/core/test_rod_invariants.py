@@ -119,7 +119,9 @@ def test_a_start_nearby_is_left_as_it_was_and_ends_where_the_path_does(name):
     assert_array_equal(start.orientations, before)
     count = 64 if name in INEXTENSIBLE else 40
     cold, warm = (solve_rod(case, elements=count, start=s) for s in (None, solved(name, 40)))
-    assert_allclose(warm.positions, cold.positions, atol=1e-8)
+    kept = replace(cold, orientations=np.float32(2.0 * cold.orientations))  # as files may keep it
+    for other in (warm, solve_rod(case, elements=count, start=kept)):
+        assert_allclose(other.positions, cold.positions, atol=1e-8)
 
 
 @pytest.mark.parametrize("name", ["coupled", "stretching"])
@@ -213,7 +215,9 @@ def test_shooting_on_its_own_finds_the_same():
         case = drawn(rng, (5.0, 0.15, 1.0e6, -0.9), (40.0, 0.4, 3.0e6, 0.9))
         tip = Rotation.from_rotvec(np.multiply(case.rod.length, case.rod.rest_strain))
         for part in (1, 2, 3):
-            tip = shoot(replace(case, load=RodLoad(part / 3.0 * case.load.distributed)), tip)
+            tip = shoot(
+                replace(case, load=RodLoad(np.multiply(part / 3.0, case.load.distributed))), tip
+            )
         # The elements are chosen for 1e-5.
         off = norm(solve_rod(case).tip_position - integrated(case, tip)[0][-1])
         assert off < 5e-5 * case.rod.length

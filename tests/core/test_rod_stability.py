@@ -19,6 +19,7 @@ from spiral_core.rod.state import RodCertificate
 # 9/4 times the square of the first zero of the Bessel function J(-1/3).
 GREENHILL = 2.25 * 1.8663508588738948**2
 ROUND = Section.inextensible(1.0, 0.66)
+UNLIKE = Section.inextensible(1.0, 0.66, sideways=1.001)
 UPRIGHT = RodLoad((-1.0, 0.0, 0.0))
 
 
@@ -66,9 +67,13 @@ MANY = {
     "upright": [gripper_rod(x, gravity=(-1.0, 0.0, 0.0)) for x in np.linspace(0.3, 1.0, 15)],
     # Straight, twisted and bent.
     "along axes": [
-        RodProblem(Rod(1.0, ROUND, rest_strain=strain), RodLoad(size * axis, (pull, 0, 0)))
-        for axis, size, pull, strain in product(
-            np.eye(3), (-200, -20, 20, 200), (-5, 0, 5), ((0, 0, 0), (9, 0, 0), (0, 0, 14))
+        RodProblem(Rod(1.0, section, rest_strain=strain), RodLoad(size * axis, (pull, 0, 0)))
+        for section, axis, size, pull, strain in product(
+            (ROUND, UNLIKE),
+            np.eye(3),
+            (-200, -20, 20, 200),
+            (-5, 0, 5),
+            ((0, 0, 0), (9, 0, 0), (0, 0, 14)),
         )
     ],
     # Some moments need to be on from the start of the path, some need to grow.
@@ -111,7 +116,7 @@ def test_rods_of_every_kind_are_solved_and_certified(kind):
     """And in their shapes, not only in their forces: polished further, the tip stays."""
     for case in MANY[kind]:
         state = solve_rod(case)
-        assert state.certificate is RodCertificate.STRICT_MINIMUM or kind == "along axes"
+        assert state.certificate is RodCertificate.STRICT_MINIMUM or case.rod.section is ROUND
         assert state.residual <= 1e-8
         assert state.last_step <= 1e-6
         again = solve_rod(case, start=state, estimate_error=False)

@@ -29,7 +29,10 @@ WRONG = [
     (require_non_negative, -1e-300),
     *(
         (require_vector, wrong, 3)
-        for wrong in ("123", 3.0, None, [1.0, 2.0], [1.0, 2.0, nan], [1, 2, True], np.eye(3))
+        for wrong in (
+            *("123", 3.0, None, {1.0: 0, 2.0: 0, 3.0: 0}, {1.0, 2.0, 3.0}, iter((1.0, 2.0, 3.0))),
+            *([1.0, 2.0], [1.0, 2.0, nan], [1, 2, True], np.eye(3)),
+        )
     ),
     *((require_unit_vector, each) for each in ((0.0, 0.0, 0.0), (0.6, 0.0, 0.80001))),
 ]

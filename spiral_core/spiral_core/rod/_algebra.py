@@ -398,8 +398,7 @@ def skews(v: Array) -> Array:
     return found
 
 
-SKEWS = np.array((((0, 0, 0), (0, 0, -1), (0, 1, 0)), ((0, 0, 1), (0, 0, 0), (-1, 0, 0)),
-                  ((0, -1, 0), (1, 0, 0), (0, 0, 0))), dtype=np.float64)  # fmt: skip
+SKEWS = np.cross(np.eye(3), np.eye(3)[:, None])
 
 
 def in_space(turn: Array, vectors: Array, blocks: Array) -> tuple[Array, Array]:

@@ -16,7 +16,6 @@ from spiral_core.rod._element import Elements
 from spiral_core.rod._profiles import (
     COLUMNS,
     ROWS,
-    SURVEY_SITES,
     pieces,
     section_samples,
     sites_in,
@@ -45,7 +44,6 @@ STIFF_COUPLING = 0.2
 # one at its end [rad].
 PATH_ELEMENTS = 24
 PATH_ANGLE = 0.6
-PATH_SITES = 65
 # An element that turns by more than this at rest [rad] may as well turn the other way round.
 LARGEST_REST_TURN = 2.0
 
@@ -84,7 +82,7 @@ def piece_angles(rod: Rod, load: RodLoad) -> list[float]:
     uniform = not varies(rod, load)
     sampled = []
     for piece in pieces(rod):
-        sites = np.zeros(1) if uniform else sites_in(rod, piece, SURVEY_SITES)
+        sites = np.zeros(1) if uniform else sites_in(rod, piece)
         softest, farthest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
         strains = vector_samples("rest_strain", rod.rest_strain, sites)
         weights = vector_samples("distributed", load.distributed, sites)
@@ -132,19 +130,9 @@ def shared_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
 
     Raises:
         InvalidInputError: ``elements`` is not a whole number from 2, and from the number of pieces,
-            to ``MAX_ELEMENTS``.
+            to ``MAX_ELEMENTS``, or so few that one would turn too far at rest.
     """
-    fewest = max(2, len(rod.breaks) + 1)
-    if type(elements) is not int or not fewest <= elements <= MAX_ELEMENTS:
-        raise InvalidInputError(
-            "elements", elements, f"a whole number from {fewest} to {MAX_ELEMENTS}"
-        )
-    turns = rest_turns(rod)
-    if not sum(turns) <= LARGEST_REST_TURN * elements:
-        fewest = math.ceil(sum(turns) / LARGEST_REST_TURN)
-        raise InvalidInputError(
-            "elements", elements, f"at least {fewest}, for each to turn by 2 rad at most at rest"
-        )
+    elements, least = least_counts(elements, rest_turns(rod))
     if not rod.breaks:
         return (elements,)
     wanted = np.array(element_counts(rod, load), dtype=np.float64)
@@ -153,7 +141,28 @@ def shared_counts(rod: Rod, load: RodLoad, elements: object) -> Counts:
     counts = np.floor(shares).astype(int)
     for index in np.argsort(counts - shares, kind="stable")[: spare - int(counts.sum())]:
         counts[index] += 1
-    return tuple(int(count) + 1 for count in counts)
+    counts = np.maximum(counts + 1, least)
+    while counts.sum() > elements:
+        counts[np.argmax(counts - least)] -= 1
+    return tuple(counts.tolist())
+
+
+def least_counts(elements: object, turns: Sequence[float]) -> tuple[int, list[int]]:
+    """Return a number of elements, and the least in pieces that turn so far [rad] at rest.
+
+    Raises:
+        InvalidInputError: as :func:`shared_counts`.
+    """
+    fewest = max(2, len(turns))
+    if type(elements) is not int or not fewest <= elements <= MAX_ELEMENTS:
+        requirement = f"a whole number from {fewest} to {MAX_ELEMENTS}"
+        raise InvalidInputError("elements", elements, requirement)
+    needed = (min(turn / LARGEST_REST_TURN, MAX_ELEMENTS + 1) for turn in turns)
+    least = [max(1, math.ceil(each)) for each in needed]
+    if sum(least) > elements:
+        requirement = f"at least {sum(least)}, for each to turn by 2 rad at most at rest"
+        raise InvalidInputError("elements", elements, requirement)
+    return elements, least
 
 
 def path_count(count: int, turn: float, stiffer: float, share: float = 1.0) -> int:
@@ -163,15 +172,14 @@ def path_count(count: int, turn: float, stiffer: float, share: float = 1.0) -> i
     the bending one, and it is a ``share`` of the rod's length.
     """
     angle = turn * max(1.0, STIFF_COUPLING * math.sqrt(stiffer))
-    return min(count, max(math.ceil(PATH_ELEMENTS * share), math.ceil(angle / PATH_ANGLE)))
+    return math.ceil(min(count, max(PATH_ELEMENTS * share, angle / PATH_ANGLE)))
 
 
 def path_counts(rod: Rod, counts: Counts) -> Counts:
     """Return how many of these elements suffice to follow the loading path."""
     each = []
     for piece, turn, count in zip(pieces(rod), rest_turns(rod), counts, strict=True):
-        sites = sites_in(rod, piece, PATH_SITES)
-        softest, farthest = principal_stiffnesses(*stiffness_samples(rod, sites).T)
+        softest, farthest = principal_stiffnesses(*stiffness_samples(rod, sites_in(rod, piece)).T)
         stiffer = float((farthest / softest).max())
         each.append(path_count(count, turn, stiffer, (piece[1] - piece[0]) / rod.length))
     return tuple(each)
@@ -184,8 +192,7 @@ def rest_turns(rod: Rod) -> list[float]:
         return [strain * (end - begin) for begin, end in pieces(rod)]
     turns = []
     for piece in pieces(rod):
-        sites = sites_in(rod, piece, PATH_SITES)
-        strains = vector_samples("rest_strain", rod.rest_strain, sites)
+        strains = vector_samples("rest_strain", rod.rest_strain, sites_in(rod, piece))
         turns.append(float(np.linalg.norm(strains, axis=1).max()) * (piece[1] - piece[0]))
     return turns
 

@@ -61,9 +61,10 @@ from spiral_core.rod._system import Ending, Solution, System, end_loads
 # A pivot below this fraction of EI/h counts as not positive: a thousand times the rounding error of
 # the elimination.
 PIVOT_TOLERANCE = 1e-11
-# Rest moments and loads across the base's axis below this fraction of EI/L leave a rod free to turn
-# about that axis, but for rounding errors.
-AXIAL_TOLERANCE = 1e-6
+# Rest moments and loads across the base's axis below this fraction of EI/L, and bending stiffnesses
+# that differ by less than it, leave a rod free to turn about that axis: what moves it then is an
+# imbalance within the tolerance.
+AXIAL_TOLERANCE = 1e-8
 # What resists that turn is then no larger; in the last block of a heavy rod, where the shape at the
 # base counts for little, rounding errors reach this fraction of EI/L.
 SOFTEST = 1e-3
@@ -74,13 +75,15 @@ SMALLEST_LEAN = 1e-7
 class Scales(NamedTuple):
     """What is large and small for a rod: EI/L, and the largest pivot that is rounding error [N m].
 
-    ``across`` is the largest rest moment or load across the base's axis, as a fraction of EI/L:
-    without any, a turn about that axis changes neither rod nor load.
+    ``across`` is the largest rest moment or load across the base's axis, as a fraction of EI/L, and
+    ``unlike`` the largest difference of two bending stiffnesses, of EI: without any, a turn about
+    that axis changes neither rod nor load.
     """
 
     moment: float
     pivot: float
     across: float
+    unlike: float
 
 
 class Pass(NamedTuple):
@@ -104,18 +107,19 @@ class Pass(NamedTuple):
 @inlined
 def scales_of(system: System) -> Scales:
     """Return the scales of a rod, with its smallest bending stiffness where it may twist."""
-    bending, length, shortest, across = np.inf, 0.0, np.inf, 0.0
+    bending, length, shortest, across, unlike = np.inf, 0.0, np.inf, 0.0, 0.0
     for i, step in enumerate(system.steps):
         section = section_at(system.elements, i)
         soft = compliance_of(section.stiffness)
-        bending = min(bending, 1.0 / soft.y, 1.0 / soft.z)
+        sideways, upwards = 1.0 / soft.y, 1.0 / soft.z
+        bending, unlike = min(bending, sideways, upwards), max(unlike, abs(sideways - upwards))
         length, shortest = length + step, min(shortest, step)
         across = max(across, abs(section.rest[1]), abs(section.rest[2]))
     for i in range(len(system.force)):
         across = max(across, length * abs(system.force[i, 1]), length * abs(system.force[i, 2]))
     across = max(across, abs(system.tip_moment[1]), abs(system.tip_moment[2]))
     unit = bending / length
-    return Scales(unit, PIVOT_TOLERANCE * bending / shortest, across / unit)
+    return Scales(unit, PIVOT_TOLERANCE * bending / shortest, across / unit, unlike / bending)
 
 
 @inlined
@@ -149,7 +153,8 @@ def last_pivot(
         smallest: pivot of the nodes before [N m].
     """
     pivot, _ = smallest_pivot_and_inverse(block)
-    if scales.across <= AXIAL_TOLERANCE and shift == 0.0 and smallest > scales.pivot:
+    axial = max(scales.across, scales.unlike) <= AXIAL_TOLERANCE
+    if axial and shift == 0.0 and smallest > scales.pivot:
         held, curvature, lean = held_about_axis(block, q)
         held_pivot, _ = smallest_pivot_and_inverse(held)
         softest += max(scales.pivot * lean, SOFTEST * scales.moment)
@@ -336,8 +341,7 @@ def minimize(q: Array, system: System, ending: Ending, spent: int) -> Solution:
     unit, threshold = scales.moment, scales.pivot
     here = newton_pass(q, system, 0.0, scales, gains, offsets)
     unshifted, modes = here.pivot, here.neutral
-    shift, size = 0.0, np.inf
-    iteration, outcome = 0, ITERATION_LIMIT
+    shift, size, outcome = 0.0, np.inf, ITERATION_LIMIT
     for iteration in range(max_iterations + 1):
         unshifted, modes = here.pivot, here.neutral
         definite = here.pivot > threshold

@@ -19,6 +19,7 @@ from spiral_core.rod.types import (
     Section,
     Vector,
     VectorProfile,
+    as_floats,
     positive_definite,
 )
 
@@ -81,9 +82,9 @@ def pieces(rod: Rod) -> list[tuple[float, float]]:
     return list(pairwise(ends))
 
 
-def sites_in(rod: Rod, piece: tuple[float, float], count: int) -> Array:
-    """Return ``count`` evenly spaced sites from end to end of a piece, the ends just inside."""
-    sites = np.linspace(*piece, count)
+def sites_in(rod: Rod, piece: tuple[float, float]) -> Array:
+    """Return evenly spaced sites from end to end of a piece, the ends just inside."""
+    sites = np.linspace(*piece, SURVEY_SITES)
     inset = INSET * rod.length
     sites[0] += inset if piece[0] > 0.0 else 0.0
     sites[-1] -= inset if piece[1] < rod.length else 0.0
@@ -99,10 +100,7 @@ def section_samples(rod: Rod, sites: Array) -> Array:
     if isinstance(rod.section, Section):
         return np.tile(rod.section.matrix, (len(sites), 1, 1))
     given = rod.section(sites)
-    try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        values = np.zeros(0)
+    values = as_floats(given)
     shapes = ((3,), (3, 3), (6, 6))
     if values.shape not in [(len(sites), *one) for one in shapes] or not positive_definite(values):
         requirement = (
@@ -121,8 +119,6 @@ def stiffness_samples(rod: Rod, sites: Array) -> Array:
     Raises:
         InvalidInputError: the section is not valid, or has stiffnesses that are none of these.
     """
-    if isinstance(rod.section, Section):
-        return np.tile(rod.section.numbers, (len(sites), 1))
     four: Array = section_samples(rod, sites)[:, ROWS, COLUMNS]
     return four
 
@@ -131,7 +127,7 @@ def vector_samples(field: str, profile: VectorProfile, sites: Array) -> Array:
     """Return a vector profile's values at the sites (n, 3)."""
     if not callable(profile):
         return np.tile(np.asarray(profile, dtype=np.float64), (len(sites), 1))
-    values = np.asarray(profile(sites), dtype=np.float64)
+    values = as_floats(profile(sites))
     if values.shape != (len(sites), 3) or not np.all(np.isfinite(values)):
         raise InvalidInputError(
             field, values, f"a function giving finite values of shape ({len(sites)}, 3)"
@@ -175,7 +171,7 @@ def require_continuous(rod: Rod, load: RodLoad) -> None:
             return sample(sites).reshape(len(sites), -1)
 
         for piece in pieces(rod):
-            place = jump(values, sites_in(rod, piece, SURVEY_SITES))
+            place = jump(values, sites_in(rod, piece))
             if place is not None:
                 raise InvalidInputError(
                     field,
@@ -214,11 +210,6 @@ def jump(profile: Callable[[Array], Array], sites: Array) -> float | None:
     return float(0.5 * (low + high)[worst]) if sizes[worst] > SMALLEST_JUMP * scale else None
 
 
-def floats(vector: Vector) -> Vector:
-    """Return the components as floats: one signature for the compiled kernels."""
-    return (float(vector[0]), float(vector[1]), float(vector[2]))
-
-
 def uniform_rod(rod: Rod, load: RodLoad) -> UniformRod:
     """Return what describes a uniform rod and its load to the kernels."""
     section, rest, weight = rod.section, rod.rest_strain, load.distributed
@@ -231,8 +222,8 @@ def uniform_rod(rod: Rod, load: RodLoad) -> UniformRod:
         bending,
         sideways,
         coupling,
-        floats(rest),
-        floats(weight),
-        floats(load.tip_force),
-        floats(load.tip_moment),
+        rest,
+        weight,
+        load.tip_force,
+        load.tip_moment,
     )

@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod._continuation import SolvedRod, solve_uniform
-from spiral_core.rod._mesh import path_count
+from spiral_core.rod._mesh import least_counts, path_count
 from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod.state import STATUSES, RodStatus
-from spiral_core.rod.types import MAX_ELEMENTS, ZERO, Array
+from spiral_core.rod.types import ZERO, Array, as_floats
 
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
@@ -87,7 +87,8 @@ def solve_rods(
 
     Raises:
         InvalidInputError: shapes do not fit together, a value is not finite, or a length or
-            stiffness is not positive.
+            stiffness is not positive; or ``elements`` is not in [2, 20000], or so small that an
+            element would turn too far at rest.
 
     Example:
         >>> batch = solve_rods(0.3, 3e-4, 2e-4, [(-5.0, 0.0, 10.0), (5.0, 0.0, 10.0)],
@@ -96,8 +97,8 @@ def solve_rods(
         ((2, 41, 3), [True, True])
     """
     data = _rows(lengths, bending, torsional, rest_strains, distributed, tip_forces)
-    if type(elements) is not int or not 2 <= elements <= MAX_ELEMENTS:
-        raise InvalidInputError("elements", elements, f"a whole number from 2 to {MAX_ELEMENTS}")
+    turns = data[:, 0] * np.linalg.norm(data[:, 3:6], axis=1)
+    elements, _ = least_counts(elements, [float(turns.max())])
     chunks = [data[i : i + CHUNK].tolist() for i in range(0, len(data), CHUNK)]
     counts = [elements] * len(chunks)
     run = map if executor is None else executor.map
@@ -108,9 +109,7 @@ def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, So
     """Return orientations and state of each rod of a chunk."""
     states = []
     for length, bending, torsional, *vectors in rows:
-        rest = (vectors[0], vectors[1], vectors[2])
-        weight = (vectors[3], vectors[4], vectors[5])
-        tip = (vectors[6], vectors[7], vectors[8])
+        rest, weight, tip = zip(vectors[::3], vectors[1::3], vectors[2::3], strict=True)
         turn = length * math.hypot(*rest)
         few = path_count(elements, turn, torsional / bending)
         rod = UniformRod(length, torsional, bending, bending, 0.0, rest, weight, tip, ZERO)
@@ -124,12 +123,12 @@ def _rows(*columns: ArrayLike) -> Array:
     fields = ("lengths", "bending", "torsional", "rest_strains", "distributed", "tip_forces")
     arrays = []
     for field, column, width in zip(fields, columns, (1, 1, 1, 3, 3, 3), strict=True):
-        array = np.asarray(column, dtype=np.float64)
+        array = as_floats(column)
         array = array[..., None] if width == 1 else array
-        if array.ndim not in (1, 2) or array.shape[-1] != width or not np.all(np.isfinite(array)):
-            raise InvalidInputError(
-                field, column, f"finite values of shape (m, {width}) or ({width},)"
-            )
+        fits = array.size and array.ndim in (1, 2) and array.shape[-1] == width
+        if not (fits and np.all(np.isfinite(array))):
+            requirement = f"finite values of shape (m, {width}) or ({width},)"
+            raise InvalidInputError(field, column, requirement)
         if width == 1 and not np.all(array > 0.0):
             raise InvalidInputError(field, column, "positive finite values")
         arrays.append(np.atleast_2d(array))
@@ -144,14 +143,16 @@ def _rows(*columns: ArrayLike) -> Array:
 
 def _batch(states: list[tuple[Array, SolvedRod]]) -> RodBatch:
     """Join the states of all rods."""
-    solutions = [solved.solution for _, solved in states]
+    orientations, solved = zip(*states, strict=True)
+    figures = map(np.array, zip(*(one.solution for one in solved), strict=True))
+    outcomes, iterations, energies, residuals, pivots, *_ = figures
     return RodBatch(
-        statuses=tuple(STATUSES[solution.outcome] for solution in solutions),
-        positions=np.array([solved.positions for _, solved in states]),
-        orientations=np.array([q for q, _ in states]),
-        energies=np.array([solution.energy for solution in solutions]),
-        residuals=np.array([solution.residual for solution in solutions]),
-        smallest_pivots=np.array([solution.pivot for solution in solutions]),
-        iterations=np.array([solution.iterations for solution in solutions]),
-        folds=np.array([solved.folds for _, solved in states]),
+        statuses=tuple(STATUSES[outcome] for outcome in outcomes.tolist()),
+        positions=np.array([one.positions for one in solved]),
+        orientations=np.array(orientations),
+        energies=energies,
+        residuals=residuals,
+        smallest_pivots=pivots,
+        iterations=iterations,
+        folds=np.array([one.folds for one in solved]),
     )

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiral_core.errors import InvalidInputError
+from spiral_core.rod._algebra import composed
 from spiral_core.rod._continuation import evaluated, minimize_to_stable
 from spiral_core.rod._mesh import discretize
 from spiral_core.rod.solve import (
@@ -85,11 +86,8 @@ def _scrambled(orientations: Array, generator: np.random.Generator) -> Array:
     turn = np.zeros((len(orientations), 3))
     for wave in range(1, WAVES + 1):
         turn += size / wave * generator.normal(size=3) * np.sin(0.5 * np.pi * wave * reach)
-    turned: Array = (Rotation.from_quat(orientations) * Rotation.from_rotvec(turn)).as_quat()
-    # Quaternions of neighbors on one side of the sphere, as the elements need them.
-    signs = np.cumprod(np.where(np.sum(turned[1:] * turned[:-1], axis=1) < 0.0, -1.0, 1.0))
-    turned[1:] *= signs[:, None]
-    return turned if turned[0] @ orientations[0] > 0.0 else -turned
+    # Scipy keeps neighbors on one side of the sphere of quaternions, as the elements need them.
+    return composed(orientations, Rotation.from_rotvec(turn).as_quat())
 
 
 def _same(a: RodState, b: RodState) -> bool:

@@ -53,6 +53,8 @@ RICHARDSON = 15.0
 SECOND_ORDER = 4.0 / 3.0
 CLAMPED, FREE, NO_LOAD = Clamped(), Free(), RodLoad()
 STRAIGHT = [0.0, 0.0, 0.0, 1.0]
+# A start's quaternions whose squared norms are farther from 1 are rounded, and normalized.
+UNIT_TOLERANCE = 1e-12
 
 
 def solve_rod(
@@ -207,8 +209,8 @@ def _first_orientations(start: object, arcs: Array) -> Array:
     if start is None:
         return np.empty((len(arcs), 4))
     q, before = checked_start(start)
-    alike = len(before) == len(arcs) and bool((before == arcs).all())
-    return q if alike else _resampled(q, before, arcs)
+    alike = np.array_equal(before, arcs)
+    return q if alike else resample(q, np.diff(before), np.diff(arcs))
 
 
 def checked_start(start: object) -> tuple[Array, Array]:
@@ -223,28 +225,16 @@ def checked_start(start: object) -> tuple[Array, Array]:
     if q.ndim != 2 or q.shape[1] != 4 or len(q) < 3 or arcs.shape != (len(q),):
         requirement = "a state with arc lengths (n,) and orientations (n, 4) of 3 nodes or more"
         raise InvalidInputError("start", f"arrays {arcs.shape} and {q.shape}", requirement)
-    if not math.isfinite(q.sum()):
+    squares = np.einsum("ni,ni->n", q, q)
+    if not 0.0 < squares.min() <= squares.max() < math.inf:
         raise InvalidInputError(
             "start", "orientations that are not finite", "a state of finite values"
         )
-    if q[0].tolist() != STRAIGHT:
-        q = _from_base(q)
+    if q[0].tolist() != STRAIGHT or not np.abs(squares - 1.0).max() <= UNIT_TOLERANCE:
+        q /= np.sqrt(squares)[:, None]
+        back = q[:1] * (-1.0, -1.0, -1.0, 1.0)  # seen from the base: a rod clamped in the frame
+        q = composed(np.repeat(back, len(q), axis=0), q)
     return q, arcs
-
-
-def _from_base(q: Array) -> Array:
-    """Return orientations (n, 4) as they are seen from the first: a rod clamped in the frame."""
-    back = q[:1] * (-1.0, -1.0, -1.0, 1.0)
-    return composed(np.repeat(back, len(q), axis=0), q)
-
-
-def _resampled(q: Array, arcs: Array, new_arcs: Array) -> Array:
-    """Return orientations at other arc lengths, each as a fraction of its rod's length."""
-    if len(arcs) == len(new_arcs) and np.allclose(
-        arcs / arcs[-1], new_arcs / new_arcs[-1], rtol=0.0, atol=1e-12
-    ):
-        return q
-    return resample(q, np.diff(arcs), np.diff(new_arcs))
 
 
 def state_from_solved(
@@ -305,10 +295,11 @@ def with_error_estimate(rod: Rod, load: RodLoad, counts: Counts, state: RodState
     enough = element_counts(rod, load)
     pairs = list(zip(counts, enough, strict=True))
     finer = max(math.ceil(max(2 * count, most) / count) for count, most in pairs)
+    finer = finer if finer * sum(counts) <= MAX_ELEMENTS else 2
     given = (rod.section, rod.rest_strain, load.distributed)
     halved = all(count % 2 == 0 and count >= most for count, most in pairs)
-    if (halved and not any(map(callable, given))) or finer * sum(counts) > MAX_ELEMENTS:
-        other = tuple(max(1, count // 2) for count in counts)
+    if halved and not any(map(callable, given)):
+        other = tuple(count // 2 for count in counts)
         stride, other_stride, factor = 2, 1, 1.0 / RICHARDSON
     else:
         other = tuple(finer * count for count in counts)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
 from spiral_core.message import Message, Quantity
-from spiral_core.validation import require_finite, require_positive, require_vector
+from spiral_core.validation import keep_vector, require_finite, require_positive, require_vector
 
 Array: TypeAlias = NDArray[np.float64]
 Vector: TypeAlias = tuple[float, float, float]
@@ -58,10 +58,7 @@ class Section:
     shear: float = math.inf
 
     def __post_init__(self) -> None:
-        try:
-            values = np.asarray(self.stiffness, dtype=np.float64)
-        except (TypeError, ValueError):
-            values = np.zeros(0)
+        values = as_floats(self.stiffness)
         if values.shape not in ((3,), (3, 3), (6, 6)) or not positive_definite(values[None]):
             requirement = (
                 "three positive numbers or a symmetric positive definite 3x3 or 6x6 matrix"
@@ -237,6 +234,14 @@ class Section:
         return Section(rows, factor * self.extension, factor * self.shear)
 
 
+def as_floats(value: object) -> Array:
+    """Return a value as an array of floats; where it is none, an empty one for its shape."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        return np.empty(0)
+
+
 def section_parts(stiffness: Array) -> tuple[Array, Array, Array]:
     """Return what stiffness matrices (..., 3, 3) or (..., 6, 6) are to a solver.
 
@@ -270,7 +275,7 @@ def _samples(field: str, profile: ScalarProfile, sites: Array) -> Array:
     """Return a profile's values at the sites (n,)."""
     if not callable(profile):
         return np.full(len(sites), float(profile))
-    values = np.asarray(profile(sites), dtype=np.float64)
+    values = as_floats(profile(sites))
     if values.shape != sites.shape or not np.all(np.isfinite(values)):
         raise InvalidInputError(field, values, f"a function giving {len(sites)} finite values")
     return values
@@ -332,10 +337,9 @@ class Rod:
             0.0 <= require_finite("friction_radius", self.friction_radius) <= self.radius
         ):
             raise InvalidInputError("friction_radius", self.friction_radius, "from 0 to the radius")
-        if self.breaks != ():
-            object.__setattr__(self, "breaks", _checked_breaks(self.breaks, self.length))
+        object.__setattr__(self, "breaks", _checked_breaks(self.breaks, self.length))
         if not callable(self.rest_strain):
-            require_vector("rest_strain", self.rest_strain, 3)
+            keep_vector(self, "rest_strain", 3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -360,20 +364,18 @@ class RodLoad:
 
     def __post_init__(self) -> None:
         if not callable(self.distributed):
-            require_vector("distributed", self.distributed, 3)
-        require_vector("tip_force", self.tip_force, 3)
-        require_vector("tip_moment", self.tip_moment, 3)
+            keep_vector(self, "distributed", 3)
+        keep_vector(self, "tip_force", 3)
+        keep_vector(self, "tip_moment", 3)
 
 
-def _checked_breaks(breaks: object, length: float) -> tuple[float, ...]:
+def _checked_breaks(breaks: Sized, length: float) -> tuple[float, ...]:
     """Return the breaks as floats, increasing between 0 and ``length`` [m]."""
-    requirement = Message(
-        "increasing arc lengths between 0 and the length, {}", Quantity(length, "m")
-    )
-    if not isinstance(breaks, Sized):
-        raise InvalidInputError("breaks", breaks, requirement)
-    places = require_vector("breaks", breaks, len(breaks))
-    ends = (0.0, *places, length)
-    if not all(a < b for a, b in pairwise(ends)):
-        raise InvalidInputError("breaks", breaks, requirement)
+    try:
+        places = require_vector("breaks", breaks, len(breaks))
+    except TypeError:  # it has no length, and is refused below
+        places = (0.0,)
+    if not all(a < b for a, b in pairwise((0.0, *places, length))):
+        requirement = "increasing arc lengths between 0 and the length, {}"
+        raise InvalidInputError("breaks", breaks, Message(requirement, Quantity(length, "m")))
     return places

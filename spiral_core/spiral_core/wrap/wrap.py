@@ -130,16 +130,16 @@ def wrapped_radius(gripper: Gripper, shape: UnloadedShape, state: RodState) -> t
         state: its shape there.
     """
     # Compile only when a wrap is asked for.
-    from spiral_core.rod._profiles import floats
     from spiral_core.wrap._kernels import FITTED, fitted_radius
 
+    axis = gripper.object_axis
     return fitted_radius(
         np.array(state.orientations),
         np.array(state.strains),
         np.array(state.positions[-1]),
         float(shape.backbone_length),
-        floats((shape.torsion, 0.0, shape.curvature)),
-        FITTED if gripper.object_axis is None else floats(gripper.object_axis),
+        (float(shape.torsion), 0.0, float(shape.curvature)),
+        FITTED if axis is None else (float(axis[0]), float(axis[1]), float(axis[2])),
         float(gripper.tube.outer_radius),
     )
 
