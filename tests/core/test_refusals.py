@@ -69,7 +69,6 @@ from spiral_core.grip.table import GripTable
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 from spiral_core.rod.motion.swing import Swing
 from spiral_core.rod.path import follow_path
-from spiral_core.rod.types import ZERO
 from spiral_core.wrap.coil import coil_from_state
 from spiral_core.wrap.helix import Helix
 from spiral_core.wrap.wrap import line_force
@@ -394,12 +393,10 @@ TOGETHER = {
     ],
     # An element that turns by nearly a full turn at rest, or more, looks all but straight.
     partial(solve_rods, elements=8): [
-        (1.0, 1.0, 1.0, (0, 0, 50.0), ZERO),
-        *(("x", 1.0, 1.0, ZERO, ZERO), ((), 1.0, 1.0, ZERO, ZERO)),
+        (length, 1.0, 1.0, (0, 0, 1), np.eye(3)) for length in (50.0, "x", ())
     ],
     partial(solve_rod, elements=3): [
-        (Rod(0.3, PLAIN, rest_strain=(0, 0, 18.0), breaks=(0.28, 0.29)), LOAD),
-        (Rod(0.3, PLAIN, rest_strain=(1e308, 0, 1e308)), LOAD),
+        (replace(FREE, rest_strain=(0, 0, size), breaks=(0.28, 0.29)), LOAD) for size in (18, 1e308)
     ],
 }
 

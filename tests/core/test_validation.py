@@ -30,8 +30,8 @@ WRONG = [
     *(
         (require_vector, wrong, 3)
         for wrong in (
-            *("123", 3.0, None, {1.0: 0, 2.0: 0, 3.0: 0}, {1.0, 2.0, 3.0}, iter((1.0, 2.0, 3.0))),
-            *([1.0, 2.0], [1.0, 2.0, nan], [1, 2, True], np.eye(3)),
+            *("123", 3.0, None, [1.0, 2.0], [1.0, 2.0, nan], [1, 2, True], np.eye(3)),
+            *(kind((1.0, 2.0, 3.0)) for kind in (set, iter, dict.fromkeys)),
         )
     ),
     *((require_unit_vector, each) for each in ((0.0, 0.0, 0.0), (0.6, 0.0, 0.80001))),
