@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -101,16 +102,13 @@ class Panels:
         0.0
     """
 
-    __slots__ = ("_coefficients", "_edges", "_inner", "_scales")
+    __slots__ = ("_coefficients", "_inner", "_scales")
 
     def __init__(self, edges: Sequence[float], samples: Array) -> None:
-        self._edges = [float(edge) for edge in edges]
-        self._inner = self._edges[1:-1]
+        ends = [float(edge) for edge in edges]
+        self._inner = ends[1:-1]
         self._coefficients: list[list[float]] = ((samples @ _INVERSE.T) @ _POWERS.T).tolist()
-        self._scales = [
-            (0.5 * (a + b), 2.0 / (b - a))
-            for a, b in zip(self._edges[:-1], self._edges[1:], strict=True)
-        ]
+        self._scales = [(0.5 * (a + b), 2.0 / (b - a)) for a, b in pairwise(ends)]
 
     def __call__(self, point: float) -> float:
         """Return the function at a point of the panels."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -100,12 +101,12 @@ def solve_rods(
     turns = data[:, 0] * np.linalg.norm(data[:, 3:6], axis=1)
     elements, _ = least_counts(elements, [float(turns.max())])
     chunks = [data[i : i + CHUNK].tolist() for i in range(0, len(data), CHUNK)]
-    counts = [elements] * len(chunks)
     run = map if executor is None else executor.map
-    return _batch([state for chunk in run(_solve_chunk, chunks, counts) for state in chunk])
+    solved = run(partial(_solve_chunk, elements), chunks)
+    return _batch([state for chunk in solved for state in chunk])
 
 
-def _solve_chunk(rows: list[list[float]], elements: int) -> list[tuple[Array, SolvedRod]]:
+def _solve_chunk(elements: int, rows: list[list[float]]) -> list[tuple[Array, SolvedRod]]:
     """Return orientations and state of each rod of a chunk."""
     states = []
     for length, bending, torsional, *vectors in rows:
@@ -132,7 +133,7 @@ def _rows(*columns: ArrayLike) -> Array:
         if width == 1 and not np.all(array > 0.0):
             raise InvalidInputError(field, column, "positive finite values")
         arrays.append(np.atleast_2d(array))
-    count = max(len(array) for array in arrays)
+    count = max(map(len, arrays))
     for field, array in zip(fields, arrays, strict=True):
         if len(array) not in (1, count):
             raise InvalidInputError(

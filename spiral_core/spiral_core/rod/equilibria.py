@@ -8,13 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod._algebra import composed
-from spiral_core.rod._continuation import evaluated, minimize_to_stable
+from spiral_core.rod._continuation import minimize_to_stable
 from spiral_core.rod._mesh import discretize
 from spiral_core.rod.solve import (
-    arc_lengths_of,
     checked_counts,
     solve_with_counts,
-    state_from_solved,
+    state_at,
 )
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad
@@ -72,8 +71,7 @@ def find_equilibria(
     for _ in range(starts - 1):
         q = _scrambled(first.orientations, generator)
         found = minimize_to_stable(q, system, DEFAULT_TOLERANCE, 0)
-        solved = evaluated(q, system, 0, found)
-        state = state_from_solved(arc_lengths_of(system.steps), q, solved, system)
+        state = state_at(q, system, 0, found)
         if state.stable and not any(_same(state, other) for other in states):
             states.append(state)
     return tuple(sorted(states, key=lambda state: state.energy))

@@ -12,7 +12,6 @@ from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod._continuation import (
     MAX_FOLDS,
     SMALLEST_STEP,
-    evaluated,
     follow_branch,
     minimize_to_stable,
 )
@@ -23,11 +22,10 @@ from spiral_core.rod.contact._continuation import SMALLEST_INCREMENT
 from spiral_core.rod.contact.problem import RodProblem
 from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.solve import (
-    arc_lengths_of,
     checked_counts,
     is_hanging,
     solve_with_counts,
-    state_from_solved,
+    state_at,
 )
 from spiral_core.rod.state import RodElement, RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import DEFAULT_TOLERANCE, Array, Rod, RodLoad
@@ -163,7 +161,7 @@ def follow_path(
         begin, system = system, discretize(*station, counts)
         met, found = _follow(q, begin, system, index)
         events += met
-        states.append(_state(q, system, len(met), found))
+        states.append(state_at(q, system, len(met), found))
     return RodPath(tuple(states), tuple(events))
 
 
@@ -177,12 +175,12 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[RodE
             return folds, found
         here, resting = blended(begin, end, at), q.copy()
         last = minimize(resting, here, Ending(PATH_TOLERANCE, SETTLING_ITERATIONS, True), 0)
-        before, position = _state(resting, here, 0, last), index + at
+        before, position = state_at(resting, here, 0, last), index + at
         at = min(1.0, at + SMALLEST_STEP)
         here = blended(begin, end, at)
         rest = minimize_to_stable(q, here, DEFAULT_TOLERANCE, 0)
         spent = found.iterations + rest.iterations
-        after = _state(q, here, 1, rest)
+        after = state_at(q, here, 1, rest)
         if after.status is not RodStatus.CONVERGED:
             raise SolverError(after.status, after.residual, after.iterations)
         folds.append(RodEvent(position, before, after))
@@ -190,12 +188,6 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[RodE
             raise SolverError(RodStatus.FOLD_LIMIT, after.residual, spent)
         if at == 1.0:
             return folds, rest._replace(iterations=spent)
-
-
-def _state(q: Array, system: System, folds: int, found: Solution) -> RodState:
-    """Return the state with a copy of the orientations q."""
-    solved = evaluated(q, system, folds, found)
-    return state_from_solved(arc_lengths_of(system.steps), q.copy(), solved, system)
 
 
 def _stations(rods: object, loads: object) -> list[tuple[Rod, RodLoad]]:

@@ -17,6 +17,7 @@ from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod._algebra import composed, resample
 from spiral_core.rod._continuation import (
     SolvedRod,
+    evaluated,
     solve_system,
     solve_uniform,
 )
@@ -38,7 +39,7 @@ from spiral_core.rod._profiles import (
     uniform_rod,
     varies,
 )
-from spiral_core.rod._system import System
+from spiral_core.rod._system import Solution, System
 from spiral_core.rod.contact.obstacles import Obstacle
 from spiral_core.rod.contact.problem import Clamped, End, Free, PointLoad, RodProblem
 from spiral_core.rod.contact.solve import solve_contact
@@ -267,6 +268,12 @@ def state_from_solved(
         neutral_modes=neutral,
         _data=data,
     )
+
+
+def state_at(q: Array, system: System, folds: int, found: Solution) -> RodState:
+    """Return the state at which a minimization ended, with a copy of the orientations q."""
+    solved = evaluated(q, system, folds, found)
+    return state_from_solved(arc_lengths_of(system.steps), q.copy(), solved, system)
 
 
 @lru_cache(maxsize=64)
