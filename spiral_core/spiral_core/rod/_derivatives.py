@@ -14,7 +14,6 @@ from spiral_core.numerics.kernel import compiled, inlined
 from spiral_core.rod._algebra import (
     Array,
     Mat,
-    Vec,
     add,
     add_vector,
     cross,
@@ -31,6 +30,7 @@ from spiral_core.rod._algebra import (
     subtract,
     turn_nodes,
     vector_at,
+    vector_from,
 )
 from spiral_core.rod._element import Elements, stiffness_at
 from spiral_core.rod._newton import back_substitute, newton_pass, scales_of
@@ -45,18 +45,12 @@ SLOPE_ROUNDS = 4
 
 
 @inlined
-def part(change: Array, first: int) -> Vec:
-    """Return three numbers of a change."""
-    return (change[first], change[first + 1], change[first + 2])
-
-
-@inlined
 def changed_section(given: Section, change: Array) -> Section:
     """Return an element's section after a change of rest strain, moduli and length."""
     per = 1.0 / (1.0 + change[12])
-    a, b, c = scale(0.5, part(change, 6))
+    a, b, c = scale(0.5, vector_from(change, 6))
     stiff, loose = diagonal(1.0 + a, 1.0 + b, 1.0 + c), diagonal(1.0 - a, 1.0 - b, 1.0 - c)
-    a, b, c = scale(-0.5, part(change, 9))
+    a, b, c = scale(-0.5, vector_from(change, 9))
     soft = diagonal(1.0 + a, 1.0 + b, 1.0 + c)
     back = inverse(given.stiffness)
     # Linear in an element, stiffness and strain have a moment of mean K u + h^2 K' u' / 12.
@@ -67,7 +61,7 @@ def changed_section(given: Section, change: Array) -> Section:
         before = matvec(back, subtract(given.rest, of_slopes))
         growth = matvec(back, subtract(given.rest_slope, matvec(given.stiffness_slope, before)))
     seen = scale(1.0 / discrete_strain_scale(given.step * math.sqrt(dot(before, before))), before)
-    seen = add(seen, part(change, 3))
+    seen = add(seen, vector_from(change, 3))
     seen = scale(discrete_strain_scale(given.step / per * math.sqrt(dot(seen, seen))), seen)
     stiffness = matmul(stiff, matmul(given.stiffness, stiff))
     slope = matscale(per, matmul(stiff, matmul(given.stiffness_slope, stiff)))
@@ -96,7 +90,7 @@ def element_columns(x: Iterate, elements: MixedElements, changes: Array) -> Arra
             for e in range(len(x.n)):
                 section = mixed_section_at(elements, e)
                 load = scale(1.0 + change[12], vector_at(elements.half_load, e))
-                load = add(load, scale(0.5 * section.step, part(change, 0)))
+                load = add(load, scale(0.5 * section.step, vector_from(change, 0)))
                 q0, q1, n = quaternion_at(x.q, e), quaternion_at(x.q, e + 1), vector_at(x.n, e)
                 d = mixed_element(q0, q1, n, load, changed_section(section, change))
                 add_vector(columns[k, e], 0, scale(0.5 * sign, d.g0))
@@ -145,14 +139,14 @@ def full(rows: Array, e: int) -> Mat:
 def changed_system(given: System, change: Array) -> System:
     """Return a free rod's system after a change, seen from the base as that turns."""
     n, ratio, beyond = len(given.steps), 1.0 + change[12], 0.0
-    back, more = scale(-1.0, part(change, 22)), part(change, 0)
+    back, more = scale(-1.0, vector_from(change, 22)), vector_from(change, 0)
     tip, rows = vector_at(given.force, n), given.elements
     force, start, end = np.empty((n + 1, 3)), np.empty((n, 3)), np.empty((n, 3))
     stiffness, slopes, none = np.empty((n, 4)), np.empty((n, 4)), diagonal(0.0, 0.0, 0.0)
     rest, rest_slopes, moment = np.empty((n, 3)), np.empty((n, 3)), np.empty(3)
     for i in range(n, -1, -1):
         load = add(subtract(vector_at(given.force, i), tip), scale(beyond, more))
-        load = add(scale(ratio, load), add(tip, part(change, 13)))
+        load = add(scale(ratio, load), add(tip, vector_from(change, 13)))
         put_vector(force[i], 0, add(load, cross(back, load)))
         if i > 0:
             beyond += given.steps[i - 1]
@@ -169,7 +163,7 @@ def changed_system(given: System, change: Array) -> System:
         for i, (row, column) in enumerate(((0, 0), (1, 1), (2, 2), (0, 2))):
             stiffness[e, i] = section.stiffness[row][column]
             slopes[e, i] = section.stiffness_slope[row][column]
-    load = add(part(given.tip_moment, 0), part(change, 16))
+    load = add(vector_from(given.tip_moment, 0), vector_from(change, 16))
     put_vector(moment, 0, add(load, cross(back, load)))
     return System(
         force, start, end, moment, Elements(stiffness, rest, slopes, rest_slopes),
