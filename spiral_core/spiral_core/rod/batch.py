@@ -128,7 +128,8 @@ def _rows(*columns: ArrayLike) -> Array:
         array = array[..., None] if width == 1 else array
         fits = array.size and array.ndim in (1, 2) and array.shape[-1] == width
         if not (fits and np.all(np.isfinite(array))):
-            requirement = f"finite values of shape (m, {width}) or ({width},)"
+            shapes = "(m,), or one" if width == 1 else f"(m, {width}) or ({width},)"
+            requirement = f"finite values of shape {shapes}"
             raise InvalidInputError(field, column, requirement)
         if width == 1 and not np.all(array > 0.0):
             raise InvalidInputError(field, column, "positive finite values")

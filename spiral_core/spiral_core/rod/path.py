@@ -123,7 +123,8 @@ def follow_path(
     Args:
         rods: the rod at each station; e.g. one for each pressure of a sweep.
         loads: one for all stations, or one for each.
-        elements: for all stations; None takes enough for the most demanding one.
+        elements: for all stations; None takes enough for the most demanding one. A piece between
+            breaks has as many as where it is given the most: with breaks that move, more in all.
         start: state at the first station; None follows the loading path there.
 
     Returns:
