@@ -396,7 +396,8 @@ TOGETHER = {
         (length, 1.0, 1.0, (0, 0, 1), np.eye(3)) for length in (50.0, "x", ())
     ],
     partial(solve_rod, elements=3): [
-        (replace(FREE, rest_strain=(0, 0, size), breaks=(0.28, 0.29)), LOAD) for size in (18, 1e308)
+        *((replace(FREE, rest_strain=(0, 0, k), breaks=(0.28, 0.29)), LOAD) for k in (18, 1e308)),
+        (replace(FREE, rest_strain=(0, 0, 50), radius=1e-3), LOAD),
     ],
 }
 

@@ -33,7 +33,7 @@ Counts: TypeAlias = tuple[int, ...]
 # bends it; measured, the tip's error is then 3e-6 of the length in the median, 3e-5 at worst.
 ELEMENT_ANGLE = 0.25
 FEWEST_ELEMENTS = 24
-# So little more than a whole number of elements [elements] is rounding.
+# So little more than a whole number of elements [elements], or than an angle [of it], is rounding.
 ROUNDING = 1e-9
 # A section that resists torsion and bending unequally turns strain into strain of another kind at
 # the rate of the strain times the root of the stiffnesses' ratio; these fractions of it count,
@@ -236,7 +236,8 @@ def sampled(rod: Rod, nodes: Array) -> Samples:
     """Return what describes a rod on elements that end at the nodes (N + 1,) [m].
 
     Raises:
-        InvalidInputError: a profile's values have the wrong shape, are not finite or not positive.
+        InvalidInputError: a profile's values have the wrong shape, are not finite or not positive,
+            or an element turns too far at rest.
     """
     steps = np.diff(nodes)
     apart = np.abs(nodes[:, None] - np.array(rod.breaks))
@@ -250,6 +251,10 @@ def sampled(rod: Rod, nodes: Array) -> Samples:
     stiffness, compliance, coupling = (part.reshape(-1, 3, 3, 3) for part in parts)
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(-1, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
+    if not angles.max() <= LARGEST_REST_TURN * (1.0 + ROUNDING):
+        fewest = np.ceil(len(steps) * angles.max() / LARGEST_REST_TURN)
+        requirement = f"at least {fewest:.0f}, for each to turn by 2 rad at most at rest"
+        raise InvalidInputError("elements", len(steps), requirement)
     seen = rest * strain_scales(angles)[:, :, None]
     return Samples(sites, stiffness, compliance, coupling, rest, seen)
 
