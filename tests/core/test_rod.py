@@ -147,7 +147,11 @@ NO_ANSWERS = [
     (None, 20, over_bar(-0.5, RodLoad(tip_force=(0.0, 1e200, 0.0)))),  # it overflows
     # Twisting a straight rod past its limit: no certificate, and the figures say so.
     (None, 40, RodProblem(STRAIGHT, RodLoad(tip_moment=(5e-3, 0.0, 0.0)))),
-    (RodStatus.UNRESOLVED, 3, RodProblem(STRAIGHT, RodLoad(tip_force=(-1.0, 0.01, 0.0)))),
+    # Elements that turn too far from end to end, and inside.
+    *(
+        (RodStatus.UNRESOLVED, 3, RodProblem(STRAIGHT, RodLoad(tip_force=force)))
+        for force in ((-1.0, 0.01, 0.0), (0.0, 1.0, 0.0))
+    ),
     (RodStatus.INSIDE_OBSTACLE, None, over_bar(-0.03, RodLoad())),
     (RodStatus.NOT_HELD, None, RodProblem(TUBE, down(1.0), base=Free())),
     (RodStatus.SELF_CONTACT, None, RodProblem(replace(TUBE, rest_strain=(0.0, 0.0, 120.0)))),

@@ -275,6 +275,8 @@ def middle(q0: Quat, q1: Quat) -> Quat:
 def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Array, float]:
     """Return positions [m], moments [N m], strains [1/m] and the largest turn of an element [rad].
 
+    That is the turn from end to end, or to the middle and back, by what relaxes inside.
+
     Arrays (N + 1, 3); positions in the base frame, moments and strains in the material frame.
 
     Positions: each element adds the chord of its helical arc and the displacement by the strain's
@@ -287,7 +289,7 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
     positions, moments = np.zeros((n + 1, 3)), np.zeros((n + 1, 3))
     strains = np.empty((n + 1, 3))
     at = (0.0, 0.0, 0.0)
-    largest = 0.0
+    turn = 0.0
     q1 = quaternion_at(q, 0)
     a1 = to_material(q1, vector_at(system.force, 0))
     for i in range(n):
@@ -296,10 +298,11 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
         a1 = to_material(q1, vector_at(system.force, i + 1))
         h, section = system.steps[i], section_at(system.elements, i)
         x, w, strain = element_frame(q0, q1, h)
-        # Past half a turn the quaternion's real part changes its sign.
-        largest = max(largest, 1.0 - w)
         g = imbalance(strain, section, scale(0.5, add(a0, a1)))
         relaxed = times(compliance_of(section.stiffness), g)
+        # Past half a turn the quaternion's real part changes its sign.
+        ends = 2.0 * math.acos(max(-1.0, min(1.0, w)))
+        turn = max(turn, ends, 0.25 * h * h * norm(relaxed))
         arc = scale(h * arc_shortening(dot(x, x)), cross(x, cross(x, TANGENT)))
         bend = scale(h * h * h / 12.0, cross(relaxed, TANGENT))
         at = add(at, to_base(middle(q0, q1), add(scale(h, TANGENT), add(arc, bend))))
@@ -312,4 +315,4 @@ def shape_from_orientations(q: Array, system: System) -> tuple[Array, Array, Arr
         total = add(vector_at(moments, i), vector_at(system.node_rest, i))
         soft = compliance_of(stiffness_at(system.node_stiffness, i))
         put_vector(strains[i], 0, times(soft, total))
-    return positions, moments, strains, 2.0 * math.acos(max(-1.0, 1.0 - largest))
+    return positions, moments, strains, turn
