@@ -18,6 +18,8 @@ from spiral_core.rounding import rounded_down, rounded_up
 
 # A direction that a file states with about seven digits still counts as a unit vector.
 UNIT_NORM_TOLERANCE = 1e-6
+# What differs by less from one is one: it stays as it is, however often it is kept.
+ROUNDING = 1e-15
 
 
 def require_finite(field: str, value: object) -> float:
@@ -133,6 +135,15 @@ def keep_vector(owner: object, field: str, size: int) -> None:
     object.__setattr__(owner, field, require_vector(field, getattr(owner, field), size))
 
 
+def keep_unit_vector(owner: object, field: str, size: int = 3) -> None:
+    """Check a field of a frozen dataclass as :func:`require_unit_vector`, and keep what it returns.
+
+    Raises:
+        InvalidInputError: it is no unit vector of this size.
+    """
+    object.__setattr__(owner, field, require_unit_vector(field, getattr(owner, field), size))
+
+
 def require_direction(field: str, value: object) -> tuple[float, float, float]:
     """Return the unit vector along three components.
 
@@ -166,6 +177,8 @@ def require_unit_vector(field: str, value: object, size: int = 3) -> tuple[float
     norm = math.hypot(*components)
     if not abs(norm - 1.0) <= UNIT_NORM_TOLERANCE:
         raise InvalidInputError(field, value, f"{size} numbers whose norm is 1")
+    if abs(norm - 1.0) < ROUNDING:
+        return components
     return tuple(component / norm for component in components)
 
 

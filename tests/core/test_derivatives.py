@@ -171,7 +171,7 @@ def test_what_has_no_derivatives_is_refused():
         ((replace(state, status=RodStatus.UNSTABLE),), "a stable state"),
         ((state, ("friction",)), "parameters"),
         ((held, ("base_rotation",)), "base_rotation"),
-        ((motion.frames[-1].state,), "one at rest"),
+        ((motion.frames[-1].state,), "at rest"),
     ):
         with pytest.raises(InvalidInputError, match=match):
             differentiate(*given)

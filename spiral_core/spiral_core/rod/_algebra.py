@@ -385,9 +385,11 @@ def turn_between(first: Array, second: Array) -> Array:
 
 
 def quaternions_between(first: Array, second: Array, at: float) -> Array:
-    """Return quaternions at the fraction ``at`` of the way, normalized; for small turns."""
-    sign = np.where(np.sum(first * second, axis=1) < 0.0, -1.0, 1.0)[:, None]
-    mean = (1.0 - at) * first + at * sign * second
+    """Return quaternions at the fraction ``at`` of the shorter turn between, normalized."""
+    cosine = np.sum(first * second, axis=1)[:, None]
+    turn = np.arccos(np.minimum(np.abs(cosine), 1.0)) / math.pi
+    ahead = np.where(cosine < 0.0, -at, at) * np.sinc(at * turn)
+    mean: Array = (1.0 - at) * np.sinc((1.0 - at) * turn) * first + ahead * second
     mean /= np.sqrt(np.sum(mean * mean, axis=1))[:, None]
     return mean
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
 from spiral_core.rod._algebra import (
     TANGENT,
@@ -31,7 +30,7 @@ from spiral_core.rod._algebra import (
     vector_at,
 )
 from spiral_core.rod._newton import CONVERGED, UNSTABLE
-from spiral_core.rod.contact._contact import Anchors, Iterate, carried, empty
+from spiral_core.rod.contact._contact import TINY, Anchors, Iterate, carried, empty
 from spiral_core.rod.contact._mesh import Arrays, between, last_slip
 from spiral_core.rod.contact._newton import Newton, Solution, contacts_at
 from spiral_core.rod.contact.obstacles import Quaternion, passes_through, seen_from
@@ -373,7 +372,7 @@ def straight(problem: RodProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
         along = _axis_of(turn)
     elif begin is not None and end is not None:
         span = np.asarray(end, dtype=np.float64) - begin
-        along = span / max(float(np.linalg.norm(span)), 1e-300)
+        along = span / max(float(np.linalg.norm(span)), TINY)
     elif begin is None and last is not None:
         along = _axis_of(last)
     if begin is None:
@@ -396,7 +395,6 @@ def straight(problem: RodProblem, arrays: Arrays) -> tuple[Iterate, Arrays]:
         nodal=np.zeros_like(arrays.nodal),
         end_orientations=orientations,
         end_positions=positions,
-        rest_energy=0.0,
     )
     return x, first
 
@@ -413,8 +411,8 @@ def legs(arrays: Arrays, straight: Iterate) -> Array | None:
     if arrays.end_free[:, 3:, 3:].any() or not rise > 0.0:
         return None
     aside = matrices(straight.q[:1])[0] @ push_direction(arrays)
-    aside -= (aside @ span) / max(float(span @ span), 1e-300) * span
-    aside *= 0.5 * math.sqrt(rise) / max(float(np.linalg.norm(aside)), 1e-300)
+    aside -= (aside @ span) / max(float(span @ span), TINY) * span
+    aside *= 0.5 * math.sqrt(rise) / max(float(np.linalg.norm(aside)), TINY)
     return np.array((begin, 0.5 * (begin + end) + aside, end))
 
 
@@ -430,7 +428,7 @@ def loaded(arrays: Arrays, first: Arrays, x: Iterate) -> Arrays:
         moment = rest if rest.any() else np.tile(TOWARDS_Y, (arrays.count, 1))
         scale = arrays.bending / arrays.length / np.sqrt(np.sum(moment**2, axis=1)).max()
         elements = elements._replace(rest=TRACE * scale * moment)
-    return replace(arrays, elements=elements, rest_energy=first.rest_energy)
+    return replace(arrays, elements=elements)
 
 
 def _is_column(arrays: Arrays, straight: Iterate) -> bool:
@@ -459,29 +457,26 @@ def from_centerline(problem: RodProblem, arrays: Arrays, points: Array) -> Itera
 
     As many points as nodes are the nodes, stretched as they are; others are a curve along which
     the rod lies evenly.
-
-    Raises:
-        InvalidInputError: the centerline is not two or more different finite points.
     """
-    requirement = "a centerline of two or more different finite points (n, 3)"
-    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
-        raise InvalidInputError("start", points, requirement)
-    legs = np.sqrt(np.sum(np.diff(points, axis=0) ** 2, axis=1))
-    if not np.all(np.isfinite(points)) or not np.all(legs > 0.0):
-        raise InvalidInputError("start", points, requirement)
-    p = points.copy()
+    p = points
     if len(points) != arrays.count + 1:
+        legs = np.sqrt(np.sum(np.diff(points, axis=0) ** 2, axis=1))
         along = np.concatenate(([0.0], np.cumsum(legs)))
         sites = arrays.arc_lengths * along[-1] / arrays.length
         p = np.column_stack([np.interp(sites, along, c) for c in points.T])
-    chords = np.diff(p, axis=0)
-    chords /= np.sqrt(np.sum(chords**2, axis=1))[:, None]
-    tangents = np.vstack((chords[:1], chords[:-1] + chords[1:], chords[-1:]))
-    tangents /= np.sqrt(np.sum(tangents**2, axis=1))[:, None]
+    chords = _directions(np.diff(p, axis=0))
+    tangents = _directions(np.vstack((chords[:1], chords[:-1] + chords[1:], chords[-1:])))
     held = getattr(problem.base, "orientation", None)
     frame = turn_to(tangents[0]) if held is None else np.asarray(held, dtype=np.float64)
     q = np.vstack((frame, _carried(frame, tangents[1:])))
     return empty(arrays.count, len(arrays.obstacles), q, p)
+
+
+def _directions(vectors: Array) -> Array:
+    """Return vectors (n, 3) at length one; none where a centerline turns back."""
+    sizes = np.sqrt(np.sum(vectors**2, axis=1))
+    directions: Array = vectors / np.maximum(sizes, TINY)[:, None]
+    return directions
 
 
 def unsolved(arrays: Arrays, x: Iterate) -> Point:

@@ -33,7 +33,7 @@ LAST_SLIP = 1e-6
 # Places are one if they are this near, as a fraction of the rod's length.
 ON_A_NODE = 1e-9
 # What is blended as it is between two problems.
-LINEAR = ("nodal", "growing", "arc_lengths", "end_positions", "rest_energy", "bending", "lever")
+LINEAR = ("nodal", "growing", "arc_lengths", "end_positions", "bending", "lever")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +50,6 @@ class Arrays:
             material frame, displacement in the base frame.
         end_orientations: (2, 4) where held.
         end_positions: (2, 3) where held [m].
-        rest_energy: of the rest strain, which the elements leave out [J].
         bending: smallest bending stiffness [N m^2], for scales.
         radius: the rod's outer radius [m].
         lever: distance from the axis at which friction acts [m].
@@ -65,7 +64,6 @@ class Arrays:
     end_free: Array
     end_orientations: Array
     end_positions: Array
-    rest_energy: float
     bending: float
     radius: float
     lever: float
@@ -91,6 +89,15 @@ class Arrays:
     def force_scale(self) -> float:
         """What a small force is small to: EI/L^2 or the sum of the loads [N]."""
         return max(self.bending / self.length**2, total_force(self.elements.half_load, self.nodal))
+
+    @property
+    def rest_energy(self) -> float:
+        """Energy that takes the rod from its rest strain to none [J]; the elements leave it out."""
+        one, rest = self.elements, self.elements.rest[:, :, None]
+        soft, square = np.linalg.inv(one.stiffness), one.steps[:, None, None] ** 2 / 12.0
+        growth = one.stiffness_slope @ soft @ rest - one.rest_slope[:, :, None]
+        density = np.sum(rest * (soft @ rest) + square * growth * (soft @ growth), axis=(1, 2))
+        return 0.5 * float(one.steps @ density)
 
 
 def last_slip(arrays: Arrays) -> float:
@@ -131,15 +138,10 @@ def discretize(problem: RodProblem, count: int) -> Arrays:
     """Return the arrays of a problem on about ``count`` elements (a few more with breaks).
 
     Raises:
-        InvalidInputError: a profile's values are not valid, or the elements are too long to see an
-            obstacle.
+        InvalidInputError: as :func:`on_nodes`.
     """
     pieces = shared(problem, count)
-    nodes = even_nodes(_sites(problem), pieces)
-    if not np.diff(nodes).max() <= LONGEST_ARC * smallest_arc(problem):
-        fewest = math.ceil(problem.rod.length / (LONGEST_ARC * smallest_arc(problem)))
-        raise InvalidInputError("elements", count, f"at least {fewest} to see the obstacles")
-    return on_nodes(problem, nodes, pieces)
+    return on_nodes(problem, even_nodes(_sites(problem), pieces), pieces)
 
 
 def discretize_like(problem: RodProblem, before: Arrays) -> Arrays:
@@ -149,8 +151,8 @@ def discretize_like(problem: RodProblem, before: Arrays) -> Arrays:
     their piece between those.
 
     Raises:
-        InvalidInputError: a profile's values are not valid, the obstacles have other shapes, or
-            there are more or fewer pieces.
+        InvalidInputError: as :func:`on_nodes`; the obstacles have other shapes, or there are more
+            or fewer pieces.
     """
     if [o.shape for o in problem.obstacles] != [o.shape for o in before.obstacles]:
         raise InvalidInputError(
@@ -167,7 +169,17 @@ def discretize_like(problem: RodProblem, before: Arrays) -> Arrays:
 
 
 def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arrays:
-    """Return the arrays of a problem whose elements end at the arc lengths ``nodes`` [m]."""
+    """Return the arrays of a problem whose elements end at the arc lengths ``nodes`` [m].
+
+    Raises:
+        InvalidInputError: a profile's values are not valid, or the elements are too long to see an
+            obstacle.
+    """
+    longest = LONGEST_ARC * smallest_arc(problem)
+    if not np.diff(nodes).max() <= longest:
+        fewest = math.ceil(problem.rod.length / longest)
+        requirement = f"at least {fewest} to see the obstacles"
+        raise InvalidInputError("elements", len(nodes) - 1, requirement)
     rod, steps, at = problem.rod, np.diff(nodes), sampled(problem.rod, nodes)
     elements = _elements(at, steps)
     bending = float(np.linalg.eigvalsh(elements.stiffness[:, 1:, 1:]).min())
@@ -189,7 +201,6 @@ def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arra
         end_free=np.array(free),
         end_orientations=np.array(orientations, dtype=np.float64),
         end_positions=np.array(places, dtype=np.float64),
-        rest_energy=at.rest_energy(steps),
         bending=bending,
         radius=float(rod.radius),
         lever=float(rod.radius if rod.friction_radius is None else rod.friction_radius),

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -93,12 +94,26 @@ def point_of_state(state: RodState) -> Point:
     return replace(state._point, at=0.0, x=state._point.x.copy())
 
 
+def shape_of(start: RodState | Array) -> Array:
+    """Return a copy of the nodes of a state, or of the points of a centerline (n, 3) [m].
+
+    Raises:
+        InvalidInputError: it is neither a state nor two or more different finite points.
+    """
+    points: Array = np.zeros(0)
+    with suppress(TypeError, ValueError):
+        points = np.array(getattr(start, "positions", start), dtype=np.float64)
+    fits = points.ndim == 2 and points.shape[1] == 3 and len(points) > 1
+    if not (fits and np.all(np.isfinite(points)) and np.diff(points, axis=0).any(axis=1).all()):
+        requirement = "a centerline of two or more different finite points (n, 3)"
+        raise InvalidInputError("start", start, requirement)
+    return points
+
+
 def from_shape(problem: RodProblem, arrays: Arrays, start: RodState | Array) -> Iterate:
     """Return a rod in the shape of a centerline or, on as many nodes, of a state."""
-    if not isinstance(start, RodState):
-        return from_centerline(problem, arrays, np.asarray(start, dtype=np.float64))
-    x = from_centerline(problem, arrays, start.positions.copy())
-    if start.orientations.shape == x.q.shape:
+    x = from_centerline(problem, arrays, shape_of(start))
+    if isinstance(start, RodState) and start.orientations.shape == x.q.shape:
         x.q[:] = start.orientations
     return x
 

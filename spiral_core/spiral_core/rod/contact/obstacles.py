@@ -15,9 +15,9 @@ from spiral_core.rod._algebra import composed, matrices, quaternions_between
 from spiral_core.rod.contact.shapes import Array, Range, Shape
 from spiral_core.rod.types import Vector
 from spiral_core.validation import (
+    keep_unit_vector,
     keep_vector,
     require_finite,
-    require_unit_vector,
     require_vector,
 )
 
@@ -41,11 +41,12 @@ class Obstacle:
     friction: float = 0.0
 
     def __post_init__(self) -> None:
-        if not hasattr(self.shape, "distance"):
-            raise InvalidInputError("shape", self.shape, "a shape, such as Cylinder(radius)")
+        shape = self.shape
+        sized = not isinstance(shape, type) and getattr(shape, "feature_radius", 0.0) > 0.0
+        if not (sized and hasattr(shape, "distance")):
+            raise InvalidInputError("shape", shape, "a shape, such as Cylinder(radius)")
         keep_vector(self, "position", 3)
-        keep_vector(self, "orientation", 4)
-        require_unit_vector("orientation", self.orientation, 4)
+        keep_unit_vector(self, "orientation", 4)
         if not require_finite("friction", self.friction) >= 0.0:
             raise InvalidInputError("friction", self.friction, "a finite number >= 0")
 
@@ -56,12 +57,10 @@ class Obstacle:
         norm = math.hypot(x, y, z)
         if not norm > 0.0:
             raise InvalidInputError("axis", axis, "three numbers that are not all zero")
-        x, y, z = x / norm, y / norm, z / norm
-        # Half the turn from e_z to the axis; the opposite of e_z is reached about e_x.
-        w = math.sqrt(max(0.0, 0.5 * (1.0 + z)))
-        orientation = (-0.5 * y / w, 0.5 * x / w, 0.0, w) if w > 1e-8 else (1.0, 0.0, 0.0, 0.0)
-        size = math.sqrt(sum(c * c for c in orientation))
-        a, b, c, d = (v / size for v in orientation)
+        # The smallest turn from e_z to the axis; the opposite of e_z is reached about e_x.
+        turn = (-y / norm, x / norm, 0.0, 1.0 + z / norm)
+        size = math.hypot(*turn)
+        a, b, c, d = (v / size for v in turn) if size > 0.0 else (1.0, 0.0, 0.0, 0.0)
         return cls(shape, point, (a, b, c, d), friction)
 
     def moved(

@@ -12,11 +12,11 @@ from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact.obstacles import Obstacle, Quaternion
 from spiral_core.rod.types import ZERO, Rod, RodLoad, Vector
 from spiral_core.validation import (
+    keep_unit_vector,
     keep_vector,
     require_all,
     require_finite,
     require_kind,
-    require_unit_vector,
 )
 
 UPRIGHT: Quaternion = (0.0, 0.0, 0.0, 1.0)
@@ -55,8 +55,7 @@ class Clamped:
 
     def __post_init__(self) -> None:
         keep_vector(self, "position", 3)
-        keep_vector(self, "orientation", 4)
-        require_unit_vector("orientation", self.orientation, 4)
+        keep_unit_vector(self, "orientation", 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +74,9 @@ class Guided:
 
     def __post_init__(self) -> None:
         keep_vector(self, "position", 3)
-        keep_vector(self, "direction", 3)
-        require_unit_vector("direction", self.direction, 3)
+        keep_unit_vector(self, "direction")
         if self.orientation is not None:
-            keep_vector(self, "orientation", 4)
-            require_unit_vector("orientation", self.orientation, 4)
+            keep_unit_vector(self, "orientation", 4)
 
 
 End: TypeAlias = Free | Pinned | Clamped | Guided

@@ -30,10 +30,12 @@ Range: TypeAlias = tuple[float, float]
 
 # Step of the central differences that give a user's distance its Hessian, in radii of curvature.
 DIFFERENCE = 1e-5
-# Newton steps to the nearest point of a profile, and how near its center of curvature counts.
-NEAREST_STEPS = 12
+# Newton steps to the nearest point of a profile, from the nearest of so many places of each of its
+# pieces.
+NEAREST_STEPS, PLACES = 12, 8
 # By how much the norm of a user's gradient may be off one: forces are off by as much.
 NOT_UNIT = 1e-3
+# How near to a profile's center of curvature is at it.
 NOT_A_CENTER = 1e-3
 
 
@@ -153,15 +155,24 @@ class Profile:
             raise InvalidInputError("heights", self.heights, "two or more increasing numbers")
         if len(radii) != len(heights):
             raise InvalidInputError("radii", self.radii, f"one for each of {len(heights)} heights")
-        turning = _spline(tuple(heights), tuple(radii)).derivative().roots(extrapolate=False)
-        if not np.all(_spline(tuple(heights), tuple(radii))(turning[turning == turning]) > 0.0):
+        object.__setattr__(self, "heights", tuple(heights))
+        object.__setattr__(self, "radii", tuple(radii))
+        spline = _spline(self.heights, self.radii)
+        turning = spline.derivative().roots(extrapolate=False)
+        if not np.all(spline(turning[turning == turning]) > 0.0):
             requirement = "closer together where they change: their spline crosses zero"
             raise InvalidInputError("radii", self.radii, requirement)
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface, from the nearest point of the profile."""
         rho, radial, around = around_axis(points)
-        foot = points[:, 2].copy()
+        # From the nearest of some places of the profile, and of that as high as the point.
+        pieces = len(self.heights) - 1
+        sites = np.linspace(0, pieces, 1 + PLACES * pieces)
+        heights = np.interp(sites, np.arange(pieces + 1), self.heights)
+        square = (points[:, 2:] - heights) ** 2 + (rho[:, None] - self._curve(heights)[0]) ** 2
+        level = np.abs(rho - self._curve(points[:, 2])[0]) < np.sqrt(square.min(axis=1))
+        foot = np.where(level, points[:, 2], heights[square.argmin(axis=1)])
         for _ in range(NEAREST_STEPS):
             r, slope, bend = self._curve(foot)
             change = foot - points[:, 2] + (r - rho) * slope
@@ -182,7 +193,7 @@ class Profile:
 
     def _curve(self, heights: Array) -> tuple[Array, Array, Array]:
         """Return r, r' and r'' at the heights."""
-        spline = _spline(tuple(self.heights), tuple(self.radii))
+        spline = _spline(self.heights, self.radii)
         inside = np.clip(heights, self.heights[0], self.heights[-1])
         slope = spline(inside, 1)
         bend = np.where(heights == inside, spline(inside, 2), 0.0)

@@ -141,9 +141,7 @@ def _solved(problem: RodProblem, start: RodState | Array | None, elements: int |
     if isinstance(start, RodState) and start.element is RodElement.MIXED:
         path = follow_contact([problem], start=start, elements=elements)
         return path.states[-1] if path.states else path.events[-1].last
-    if isinstance(start, str):
-        raise InvalidInputError("start", start, "a state or a centerline (n, 3)")
-    return _solved_on(problem, discretize(problem, _count([problem], elements)), start)
+    return _solved_on(problem, discretize(problem, checked_count([problem], elements)), start)
 
 
 def _solved_on(problem: RodProblem, arrays: Arrays, start: RodState | Array | None) -> RodState:
@@ -232,11 +230,12 @@ def follow_contact(
     log = PathLog()
     stations = list(problems)
     if start is None:
-        start = solve_contact(stations.pop(0), elements=_count(problems, elements))
+        start = solve_contact(stations.pop(0), elements=checked_count(problems, elements))
         states.append(start)
     here = point_of_state(start)
-    count, pieces = here.arrays.count, here.arrays.pieces
-    if elements not in (None, count) and shared(problems[0], _count(problems, elements)) != pieces:
+    count = here.arrays.count
+    given = checked_count(problems, count if elements is None else elements)
+    if given != count and shared(problems[0], given) != here.arrays.pieces:
         raise InvalidInputError("elements", elements, f"the start's number, {count}")
     before = start._before
     for index, problem in enumerate(stations):
@@ -329,7 +328,7 @@ def _from_straight(problem: RodProblem, arrays: Arrays) -> RodState:
     return state_from_point(here, spent)
 
 
-def _count(problems: Sequence[RodProblem], elements: int | None) -> int:
+def checked_count(problems: Sequence[RodProblem], elements: int | None) -> int:
     """Return the number of elements, checked."""
     count = max(element_count(problem) for problem in problems) if elements is None else elements
     if type(count) is not int or not 2 <= count <= MAX_ELEMENTS:

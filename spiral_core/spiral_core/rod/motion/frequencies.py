@@ -58,22 +58,25 @@ def vibration_modes(state: RodState, inertia: Inertia, count: int = 6) -> Modes:
     :math:`\xi \cdot M \xi = 1`.
 
     Args:
-        state: a converged state.
+        state: a converged state at rest.
         inertia: of the rod.
         count: how many modes.
 
     Raises:
-        InvalidInputError: the state is not stable, the whole rod may turn freely, or there are not
-            as many modes.
+        InvalidInputError: the state is not stable or not at rest, a moment loads it, the whole rod
+            may turn freely, or there are not as many modes.
     """
     if not state.stable or state._point is None:
         requirement = (
-            "a stable state, of the mixed element: solve_rod(..., element=RodElement.MIXED)"
+            "a stable state at rest, of the mixed element: solve_rod(..., element=RodElement.MIXED)"
         )
         raise InvalidInputError("state", state.status, requirement)
     if state.neutral_modes:
         raise _free()
     arrays, x = state._point.arrays, state._point.x
+    if arrays.nodal[:, :3].any():
+        requirement = "one that no moment loads: a dead moment has no energy"
+        raise InvalidInputError("state", "one with a moment", requirement)
     still: NDArray[np.bool_] = np.asarray(state.touching.any(axis=0))
     size = 6 * (arrays.count + 1)
     if type(count) is not int or not 1 <= count < size // 2:

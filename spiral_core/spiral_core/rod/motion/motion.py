@@ -55,7 +55,7 @@ class Frame:
         time: [s].
         state: shape, forces and contacts. Its base reaction includes inertia; ``moments`` are those
             of elasticity and damping together, its energy without both, its iterations those since
-            the previous frame.
+            the previous frame. It has no certificate: its smallest pivot is NaN.
         velocities: of the nodes (n, 3) [m/s].
         kinetic_energy: [J].
         steps: taken since the beginning.

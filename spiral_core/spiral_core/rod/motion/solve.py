@@ -14,9 +14,9 @@ import numpy as np
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod.contact._continuation import Point, unsolved
 from spiral_core.rod.contact._mesh import Arrays, discretize, discretize_like
-from spiral_core.rod.contact._results import from_shape, point_of_state, state_from_point
+from spiral_core.rod.contact._results import from_shape, point_of_state, shape_of, state_from_point
 from spiral_core.rod.contact.problem import RodProblem
-from spiral_core.rod.contact.solve import solve_contact
+from spiral_core.rod.contact.solve import checked_count, solve_contact
 from spiral_core.rod.motion._step import Moment, advanced, at_rest
 from spiral_core.rod.motion._terms import masses, potential_energy
 from spiral_core.rod.motion.inertia import Damping, Inertia
@@ -162,8 +162,9 @@ def _start(first: RodProblem, start: RodState | Array | None, elements: int | No
     if start is None:
         start = solve_contact(first, elements=elements)
     if not isinstance(start, RodState) or start._point is None:
-        nodes = len(start.positions if isinstance(start, RodState) else start)
-        arrays = discretize(first, nodes - 1 if elements is None else elements)
+        legs = len(shape_of(start)) - 1
+        count = checked_count([first], legs if elements is None else elements)
+        arrays = discretize(first, count)
         return unsolved(arrays, from_shape(first, arrays, start))
     point = point_of_state(start)
     if elements not in (None, point.arrays.count):
@@ -274,9 +275,10 @@ class _Run:
         """Return the rod where it is, and the events since the last frame."""
         here = self.here
         state = state_from_point(here.point, self.passes, RodStatus.CONVERGED)
+        energy = potential_energy(here.point.arrays, here.point.x)
         frame = Frame(
             time=here.time,
-            state=replace(state, energy=potential_energy(here.point.arrays, here.point.x)),
+            state=replace(state, energy=energy, smallest_pivot=np.nan),  # moving: no certificate
             velocities=here.y.rate[:, :3].copy(),
             kinetic_energy=0.5 * float(np.sum(self.inertia * here.y.rate**2)),
             steps=self.steps,
