@@ -91,7 +91,7 @@ class GripSetup:
     @property
     def axis(self) -> Array:
         """Direction of the object's own z axis (3,), a unit vector in the base frame."""
-        return frame_of(self.obstacle)[:, 2]
+        return frame_of(self.obstacle.orientation)[:, 2]
 
     @property
     def frame(self) -> Array:

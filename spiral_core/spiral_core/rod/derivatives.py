@@ -149,8 +149,8 @@ def _margins(state: RodState) -> dict[str, float]:
         on, pressed = contact.active, state.normal_forces[j]
         found["gap"].append(contact.gap[contact.touchable & ~on] / state.arc_lengths[-1])
         found["force"].append(pressed[on] / (pressed.max() or 1.0))
-        if contact.rubs and point is not None:
-            size = np.linalg.norm(contact.slip[on], axis=1)
+        if contact.friction > 0.0 and point is not None:
+            size = np.linalg.norm(contact.touch.slip[on], axis=1)
             size /= STICK_SLIPS * last_slip(point.arrays)
             found["stick"].append((1.0 - size[size < 1.0]) ** 2)
             found["slip"].append(size[size >= 1.0] - 1.0)
@@ -211,11 +211,13 @@ def _mixed(point: Point, rows: Array) -> tuple[Array, Array, Array, Array]:
     law = Law(True, 0.0, last_slip(arrays), 0.0, math.inf, True)
     loaded, tangent, pushes, by_gap = by_node.copy(), loads.tangent, [], []
     shifts, others = rows[:, OWN : OWN + 3 * obstacles], rows[:, OWN + 3 * obstacles :]
-    for j, (contact, obstacle) in enumerate(zip(contacts, arrays.obstacles, strict=True)):
-        touch, own = no_touch(count + 1), loads._replace(tangent=np.zeros_like(tangent))
-        contact_terms(law, contact.surface, x, point.anchors, touch, own)
-        arm = -arrays.lever * np.cross(contact.normal, touch.heading)
-        rub = np.hstack((np.einsum("nji,nj->ni", turn, arm), touch.heading))
+    for j, (met, obstacle) in enumerate(zip(contacts, arrays.obstacles, strict=True)):
+        own = loads._replace(tangent=np.zeros_like(tangent))
+        contact = met._replace(touch=no_touch(count + 1))
+        contact_terms(law, contact, x, point.anchors, own)
+        heading = contact.touch.heading
+        arm = -arrays.lever * np.cross(contact.normal, heading)
+        rub = np.hstack((np.einsum("nji,nj->ni", turn, arm), heading))
         shift = shifts[:, 3 * j : 3 * j + 3]
         by_node -= np.einsum("nij,kj->kni", own.tangent[:, :, 3:], shift)
         by_node += (others[:, obstacles + j, None] * x.normal[j] * active[j])[:, :, None] * rub

@@ -60,6 +60,7 @@ from spiral_core.rod._algebra import (
     vector_from,
     with_transpose,
 )
+from spiral_core.rod.contact._mesh import Arrays, last_slip
 from spiral_core.rod.contact.obstacles import Obstacle, frame_of, in_base_frame, seen_from
 
 # A node sticks while its slip is below this many elastic slips.
@@ -162,26 +163,6 @@ class Law(NamedTuple):
     coupled: bool
 
 
-class Surface(NamedTuple):
-    """One obstacle as the nodes see it.
-
-    Attributes:
-        obstacle: its number.
-        friction: mu_f.
-        touchable: (N + 1,) whether a node may touch it.
-        gap: (N + 1,) g [m].
-        normal: (N + 1, 3) N.
-        bend: (N + 1, 3, 3) Hessian d'' of the distance [1/m].
-    """
-
-    obstacle: int
-    friction: float
-    touchable: NDArray[np.bool_]
-    gap: Array
-    normal: Array
-    bend: Array
-
-
 class Touch(NamedTuple):
     """What the laws give at each node.
 
@@ -229,11 +210,44 @@ def no_touch(nodes: int) -> Touch:
     )
 
 
+class Contact(NamedTuple):
+    """One obstacle as the nodes see it at an iterate, and what its laws give there.
+
+    Attributes:
+        obstacle: its number.
+        friction: mu_f.
+        touchable: (N + 1,) whether a node may touch it.
+        gap: (N + 1,) g [m].
+        normal: (N + 1, 3) N.
+        bend: (N + 1, 3, 3) Hessian d'' of the distance [1/m].
+        touch: what the laws give.
+    """
+
+    obstacle: int
+    friction: float
+    touchable: NDArray[np.bool_]
+    gap: Array
+    normal: Array
+    bend: Array
+    touch: Touch
+
+    @property
+    def active(self) -> NDArray[np.bool_]:
+        """Whether a node touches (N + 1,)."""
+        return self.touch.active
+
+    @property
+    def sticks(self) -> NDArray[np.bool_]:
+        """Whether a node touches and sticks (N + 1,)."""
+        sticks: NDArray[np.bool_] = self.touch.active & self.touch.sticks
+        return sticks
+
+
 @compiled
-def normal_terms(law: Law, surface: Surface, x: Iterate, e: int, touch: Touch, at: Nodal) -> None:
+def normal_terms(law: Law, contact: Contact, x: Iterate, e: int, at: Nodal) -> None:
     """Add the normal force of a node to its gradient, what drives the step, and its Hessian."""
-    force, slack = x.normal[surface.obstacle, e], x.slack[surface.obstacle, e]
-    gap, normal = surface.gap[e], vector_at(surface.normal, e)
+    force, slack = x.normal[contact.obstacle, e], x.slack[contact.obstacle, e]
+    gap, normal, touch = contact.gap[e], vector_at(contact.normal, e), contact.touch
     if law.sharp:
         active = force > law.stiffness * gap
         stiffness = 1.0 / law.compliance if active else 0.0
@@ -247,7 +261,7 @@ def normal_terms(law: Law, surface: Surface, x: Iterate, e: int, touch: Touch, a
     touch.active[e], touch.stiffness[e], touch.excess[e] = active, stiffness, excess
     add_vector(at.gradient[e], 3, scale(-force, normal))
     add_vector(at.drive[e], 3, scale(excess - force, normal))
-    bent = matscale(-force, matrix_at(surface.bend, e))
+    bent = matscale(-force, matrix_at(contact.bend, e))
     add_matrix(at.tangent[e], 3, 3, matadd(matscale(stiffness, outer(normal, normal)), bent))
 
 
@@ -268,7 +282,7 @@ def friction_law(slip: Vec, tau: Vec, limit: float, elastic: float) -> tuple[boo
 
 @compiled
 def friction_terms(
-    law: Law, surface: Surface, x: Iterate, anchors: Anchors, e: int, touch: Touch, at: Nodal
+    law: Law, contact: Contact, x: Iterate, anchors: Anchors, e: int, at: Nodal
 ) -> None:
     """Add the friction of a node.
 
@@ -276,8 +290,8 @@ def friction_terms(
     friction follows the normal force and the normal's direction within the step: the derivative is
     complete, and not symmetric.
     """
-    j, lever, mu = surface.obstacle, anchors.lever, surface.friction
-    normal, bend = vector_at(surface.normal, e), matrix_at(surface.bend, e)
+    j, lever, mu, touch = contact.obstacle, anchors.lever, contact.friction, contact.touch
+    normal, bend = vector_at(contact.normal, e), matrix_at(contact.bend, e)
     q = quaternion_at(x.q, e)
     turn = transpose(to_material_matrix(q))
     arm, anchor = vector_at(anchors.arms[j], e), vector_at(anchors.points[j], e)
@@ -327,36 +341,32 @@ def friction_terms(
 
 
 @compiled
-def contact_terms(
-    law: Law, surface: Surface, x: Iterate, anchors: Anchors, touch: Touch, at: Nodal
-) -> None:
+def contact_terms(law: Law, contact: Contact, x: Iterate, anchors: Anchors, at: Nodal) -> None:
     """Add one obstacle's terms at all nodes that may touch it."""
-    for e in range(len(surface.gap)):
-        if surface.touchable[e]:
-            normal_terms(law, surface, x, e, touch, at)
-            near = surface.gap[e] if law.sharp else x.slack[surface.obstacle, e]
+    for e in range(len(contact.gap)):
+        if contact.touchable[e]:
+            normal_terms(law, contact, x, e, at)
+            near = contact.gap[e] if law.sharp else x.slack[contact.obstacle, e]
             least = NEGLIGIBLE * law.stiffness * near
-            if surface.friction > 0.0 and x.normal[surface.obstacle, e] > least:
-                friction_terms(law, surface, x, anchors, e, touch, at)
+            if contact.friction > 0.0 and x.normal[contact.obstacle, e] > least:
+                friction_terms(law, contact, x, anchors, e, at)
 
 
 @compiled
-def contact_step(
-    law: Law, surface: Surface, x: Iterate, touch: Touch, step: Array
-) -> tuple[float, float]:
+def contact_step(law: Law, contact: Contact, x: Iterate, step: Array) -> tuple[float, float]:
     """Write the steps of normal forces and slacks that go with a step (N + 1, 6) of the nodes.
 
     Returns how much of the step slacks and forces allow.
     """
-    force, slack = x.normal[surface.obstacle], x.slack[surface.obstacle]
+    force, slack, touch = x.normal[contact.obstacle], x.slack[contact.obstacle], contact.touch
     primal = dual = TINY
-    for e in range(len(surface.gap)):
-        touchable = 1.0 if surface.touchable[e] else 0.0
-        approach = dot(vector_at(surface.normal, e), vector_from(step[e], 3))
+    for e in range(len(contact.gap)):
+        touchable = 1.0 if contact.touchable[e] else 0.0
+        approach = dot(vector_at(contact.normal, e), vector_from(step[e], 3))
         pressed = -(touch.excess[e] + touch.stiffness[e] * approach) * touchable
-        opened = (approach + surface.gap[e] - slack[e] + law.compliance * pressed) * touchable
+        opened = (approach + contact.gap[e] - slack[e] + law.compliance * pressed) * touchable
         touch.changes[0, e], touch.changes[1, e] = pressed, opened
-        if not law.sharp and surface.touchable[e]:
+        if not law.sharp and contact.touchable[e]:
             primal = max(primal, -opened / slack[e])
             dual = max(dual, -pressed / max(force[e], TINY))
     return min(1.0, TO_BOUNDARY / primal), min(1.0, TO_BOUNDARY / dual)
@@ -364,11 +374,11 @@ def contact_step(
 
 @compiled
 def take_step(
-    law: Law, surface: Surface, x: Iterate, touch: Touch, step: Array, primal: float, dual: float
+    law: Law, contact: Contact, x: Iterate, step: Array, primal: float, dual: float
 ) -> None:
     """Take the fractions ``primal`` of the slacks' step and ``dual`` of the forces'."""
-    j, mu = surface.obstacle, surface.friction
-    for e in range(len(surface.gap)):
+    j, mu, touch = contact.obstacle, contact.friction, contact.touch
+    for e in range(len(contact.gap)):
         x.normal[j, e] += dual * touch.changes[0, e]
         x.slack[j, e] += primal * touch.changes[1, e]
         if mu > 0.0:
@@ -382,18 +392,19 @@ def take_step(
 
 @compiled
 def contact_residual(
-    law: Law, surface: Surface, x: Iterate, touch: Touch, length: float, force: float, pair: float
+    law: Law, contact: Contact, x: Iterate, length: float, force: float, pair: float
 ) -> float:
     """Return how far contact and friction are from holding, as a fraction of length and force.
 
     ``pair`` is the product of a slack and a force that counts as one.
     """
     worst: float = 0.0
-    for e in range(len(surface.gap)):
-        if not surface.touchable[e]:
+    touch = contact.touch
+    for e in range(len(contact.gap)):
+        if not contact.touchable[e]:
             continue
-        gap, pressed = surface.gap[e], x.normal[surface.obstacle, e]
-        slack, active = x.slack[surface.obstacle, e], touch.active[e]
+        gap, pressed = contact.gap[e], x.normal[contact.obstacle, e]
+        slack, active = x.slack[contact.obstacle, e], touch.active[e]
         if law.sharp:
             broken = abs(gap) / length if active else abs(pressed) / force
             broken = max(broken, -gap / length, -pressed / force)
@@ -411,7 +422,7 @@ def contact_residual(
 def distances(obstacle: Obstacle, points: Array, radius: float) -> tuple[Array, Array, Array]:
     """Return gap (n,) [m], normal (n, 3) and curvature (n, 3, 3) [1/m] in the base frame."""
     gap, normal, bend = obstacle.shape.distance(seen_from(obstacle, points))
-    normal, bend = in_space(frame_of(obstacle), normal, bend)
+    normal, bend = in_space(frame_of(obstacle.orientation), normal, bend)
     return gap - radius, normal, bend
 
 
@@ -425,22 +436,15 @@ def widen(
         x.normal[j] = np.maximum(x.normal[j], barrier / x.slack[j])
 
 
-def carried(
-    x: Iterate,
-    anchors: Anchors | None,
-    before: tuple[Obstacle, ...],
-    after: tuple[Obstacle, ...],
-    lever: float,
-    slip: float,
-) -> Anchors:
+def carried(x: Iterate, anchors: Anchors | None, before: Arrays, after: Arrays) -> Anchors:
     """Return the next increment's anchors: at most the elastic slip behind, and carried along.
 
     A node that sticks keeps its elastic slip, so that a state that rests stays where it is.
     """
-    shape = (len(before), *x.p.shape)
+    shape = (len(before.obstacles), *x.p.shape)
     points, arms = np.zeros(shape), np.zeros(shape)
-    turn = matrices(x.q)
-    for j, (old, new) in enumerate(zip(before, after, strict=True)):
+    turn, lever, most = matrices(x.q), after.lever, STICK_SLIPS * last_slip(after)
+    for j, (old, new) in enumerate(zip(before.obstacles, after.obstacles, strict=True)):
         if not max(old.friction, new.friction) > 0.0:
             continue
         _, normal, _ = distances(old, x.p, lever)
@@ -450,41 +454,7 @@ def carried(
             away = np.einsum("nij,nj->ni", turn, anchors.arms[j]) + x.p - anchors.points[j]
             lag = away - normal * np.sum(away * normal, axis=1)[:, None]
             size = np.sqrt(np.sum(lag * lag, axis=1))
-            most = STICK_SLIPS * slip
             lag *= (most / np.maximum(size, most))[:, None]
         points[j] = in_base_frame(new, seen_from(old, x.p + arm - lag))
         arms[j] = np.einsum("nji,nj->ni", turn, arm)
     return Anchors(points, arms, lever)
-
-
-class Contact:
-    """One obstacle's gaps at an iterate, and what its laws give there."""
-
-    def __init__(
-        self,
-        x: Iterate,
-        j: int,
-        obstacle: Obstacle,
-        radius: float,
-        touchable: NDArray[np.bool_],
-    ) -> None:
-        self.j, self.touchable, self.rubs = j, touchable, obstacle.friction > 0.0
-        self.gap, self.normal, bend = distances(obstacle, x.p, radius)
-        self.surface = Surface(j, obstacle.friction, touchable, self.gap, self.normal, bend)
-        self.touch = no_touch(len(x.p))
-
-    @property
-    def active(self) -> NDArray[np.bool_]:
-        """Whether a node touches (N + 1,)."""
-        return self.touch.active
-
-    @property
-    def sticks(self) -> NDArray[np.bool_]:
-        """Whether a node touches and sticks (N + 1,)."""
-        sticks: NDArray[np.bool_] = self.touch.active & self.touch.sticks
-        return sticks
-
-    @property
-    def slip(self) -> Array:
-        """Slip of the contact points since the increment began (N + 1, 3) [m]."""
-        return self.touch.slip

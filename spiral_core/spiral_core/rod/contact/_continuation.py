@@ -31,7 +31,7 @@ from spiral_core.rod._algebra import (
 )
 from spiral_core.rod._newton import CONVERGED, UNSTABLE
 from spiral_core.rod.contact._contact import TINY, Anchors, Iterate, carried, empty
-from spiral_core.rod.contact._mesh import Arrays, between, last_slip
+from spiral_core.rod.contact._mesh import Arrays, between
 from spiral_core.rod.contact._newton import Newton, Solution, contacts_at
 from spiral_core.rod.contact.obstacles import Quaternion, passes_through, seen_from
 from spiral_core.rod.contact.problem import Free, RodProblem
@@ -86,6 +86,11 @@ class Point:
     solution: Solution
     spent: int = 0
 
+    @property
+    def solved(self) -> bool:
+        """Whether it is a state."""
+        return self.solution.outcome == CONVERGED
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drag:
@@ -133,37 +138,33 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
     fraction = float(moves.max()) / (LARGEST_MOVE * arrays.length)
     contacts = here.solution.contacts
     for old, new, contact in zip(here.arrays.obstacles, arrays.obstacles, contacts, strict=True):
-        seen = moves
-        if (old.position, old.orientation) != (new.position, new.orientation):
-            seen = seen_from(new, positions) - seen_from(old, here.x.p)
-            seen = np.sqrt(np.sum(seen * seen, axis=1))
+        start, end = seen_from(old, here.x.p), seen_from(new, positions)
+        seen = np.sqrt(np.sum((end - start) ** 2, axis=1))
         arc = LARGEST_ARC * (old.shape.feature_radius + arrays.radius)
         fraction = max(fraction, float(np.max(seen / np.maximum(arc, contact.gap))))
-        if passes_through(old, new, here.x.p, positions):
+        if passes_through(old, start, end):
             fraction = max(fraction, THROUGH)
     return fraction
 
 
 def attempt(
-    here: Point, arrays: Arrays, guess: Iterate, drag: float = 0.0
-) -> tuple[Iterate, Anchors, Solution, float]:
-    """Solve ``arrays`` from a guess, friction measured from ``here``.
+    here: Point, arrays: Arrays, guess: Iterate | None = None, drag: float = 0.0
+) -> tuple[Point, float]:
+    """Solve ``arrays`` from a guess, or as the rod is, friction measured from ``here``.
 
     Returns also the largest move of a node, as a fraction of what it may.
     """
-    slip = last_slip(arrays)
-    anchors = carried(
-        here.x, here.anchors, here.arrays.obstacles, arrays.obstacles, arrays.lever, slip
-    )
-    resistance = Drag(drag, here.x.copy(), arrays.step) if drag else None
-    newton = Newton(arrays, guess, anchors, resistance)
+    x = here.x.copy() if guess is None else guess
+    anchors = carried(here.x, here.anchors, here.arrays, arrays)
+    resistance = Drag(drag, here.x, arrays.step) if drag else None
+    newton = Newton(arrays, x, anchors, resistance)
     limits = (TOO_FAR * largest_moves(here)) ** 2
 
     def too_far(positions: Array) -> bool:
         return bool(np.any(np.sum((positions - here.x.p) ** 2, axis=1) > limits))
 
     solution = newton.run(LARGEST_MOVE * arrays.length, too_far)
-    return guess, anchors, solution, moved_fraction(here, arrays, guess.p)
+    return Point(here.at, arrays, x, anchors, solution), moved_fraction(here, arrays, x.p)
 
 
 def advance(
@@ -186,11 +187,10 @@ def advance(
     spent = 0
     while here.at < 1.0:
         at = min(1.0, here.at + step) if here.at + step < 1.0 - 1e-12 else 1.0
-        arrays = between(first, end, at)
-        x, anchors, solution, move = attempt(here, arrays, extrapolated(before, here, at))
-        spent += solution.passes
-        if solution.outcome == CONVERGED and move <= 1.0:
-            before, here = here, Point(at, arrays, x, anchors, solution, spent)
+        there, move = attempt(here, between(first, end, at), extrapolated(before, here, at))
+        spent += there.solution.passes
+        if there.solved and move <= 1.0:
+            before, here = here, replace(there, at=at, spent=spent)
             yield here
             spent = 0
             step = min(largest, step * min(GROWTH, 0.7 / max(move, 1e-9)))
@@ -270,11 +270,11 @@ def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
 
 def release(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
     """Let the rod go from a shape that need not be near a state; returns as :func:`slide`."""
-    x, anchors, solution, move = attempt(here, arrays, here.x.copy())
-    if solution.outcome == CONVERGED and move <= 0.5:
-        there = Point(here.at, arrays, x, anchors, solution, solution.passes)
-        return there, True, [here.x.p, x.p]
-    return slide(here, arrays, solution.passes)
+    there, move = attempt(here, arrays)
+    spent = there.solution.passes
+    if there.solved and move <= 0.5:
+        return replace(there, spent=spent), True, [here.x.p, there.x.p]
+    return slide(here, arrays, spent)
 
 
 def slide(
@@ -293,28 +293,28 @@ def slide(
     trail = [here.x.p]
     rests, aside = 0, LEAST_ASIDE
     for _ in range(SLIDE_STEPS):
-        x, anchors, solution, move = attempt(here, arrays, here.x.copy(), drag)
-        spent += solution.passes
-        if solution.outcome != CONVERGED or move > 1.0:
+        there, move = attempt(here, arrays, drag=drag)
+        spent += there.solution.passes
+        if not there.solved or move > 1.0:
             drag *= DRAG_RISES
             if drag > 1e8 * unit:
                 break
             continue
-        here = Point(here.at, arrays, x, anchors, solution)
-        trail.append(x.p)
-        if np.abs(x.p - trail[0]).max() > LOST * arrays.length:
+        here = there
+        trail.append(here.x.p)
+        if np.abs(here.x.p - trail[0]).max() > LOST * arrays.length:
             break
-        if reach < math.inf and moved_fraction(start, arrays, x.p) > reach:
+        if reach < math.inf and moved_fraction(start, arrays, here.x.p) > reach:
             break
         if move < 0.3:
             drag *= DRAG_FALLS
         rests = rests + 1 if move < 0.02 else 0
         if rests >= 2 or drag < 1e-8 * unit:
-            x, anchors, solution, move = attempt(here, arrays, here.x.copy())
-            spent += solution.passes
-            if solution.outcome == CONVERGED and move <= 0.5:
-                trail.append(x.p)
-                return Point(here.at, arrays, x, anchors, solution, spent), True, trail
+            there, move = attempt(here, arrays)
+            spent += there.solution.passes
+            if there.solved and move <= 0.5:
+                trail.append(there.x.p)
+                return replace(there, spent=spent), True, trail
             rests = 0
             here = replace(here, x=pushed_aside(here, aside))
             aside = min(2.0 * aside, LARGEST_ASIDE)
@@ -351,8 +351,7 @@ def tried(here: Point) -> Point:
     """Return the point with the evidence of one more try, if it has none, for a report."""
     if math.isfinite(here.solution.residual):
         return here
-    x, _, solution, _ = attempt(here, here.arrays, here.x.copy())
-    return replace(here, x=x, solution=solution)
+    return replace(attempt(here, here.arrays)[0], spent=here.spent)
 
 
 # Loads bend a rod to no side if what is across it, of them all, is at most this fraction.
@@ -481,7 +480,7 @@ def _directions(vectors: Array) -> Array:
 
 def unsolved(arrays: Arrays, x: Iterate) -> Point:
     """Return a point whose equilibrium has not been looked for."""
-    anchors = carried(x, None, arrays.obstacles, arrays.obstacles, arrays.lever, 0.0)
+    anchors = carried(x, None, arrays, arrays)
     nodes = arrays.count + 1
     contacts = contacts_at(x, arrays, np.ones(nodes, dtype=np.bool_))
     imbalance, moments = np.zeros((nodes, 6)), np.zeros((nodes, 3))

@@ -12,7 +12,7 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.rod._algebra import quaternions_between
-from spiral_core.rod._mesh import Samples, even_nodes, mean_of, sampled, slope_of
+from spiral_core.rod._mesh import even_nodes, mean_of, sampled, slope_of
 from spiral_core.rod._profiles import vector_samples
 from spiral_core.rod.contact._element import Elements
 from spiral_core.rod.contact.obstacles import Obstacle, Quaternion, obstacle_between
@@ -181,8 +181,8 @@ def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arra
         requirement = f"at least {fewest} to see the obstacles"
         raise InvalidInputError("elements", len(nodes) - 1, requirement)
     rod, steps, at = problem.rod, np.diff(nodes), sampled(problem.rod, nodes)
-    elements = _elements(at, steps)
-    bending = float(np.linalg.eigvalsh(elements.stiffness[:, 1:, 1:]).min())
+    moment, stiffness = at.moment, mean_of(at.stiffness)
+    bending = float(np.linalg.eigvalsh(stiffness[:, 1:, 1:]).min())
     weight = vector_samples("distributed", problem.load.distributed, at.sites.ravel())
     weight = weight.reshape(-1, 3, 3)
     free, orientations, places = zip(_end(problem.base), _end(problem.tip), strict=True)
@@ -191,10 +191,24 @@ def on_nodes(problem: RodProblem, nodes: Array, pieces: tuple[int, ...]) -> Arra
     growing = steps[:, None] * (weight[:, 2] - weight[:, 0]) / 12.0
     nodal[:-1, 3:] -= growing
     nodal[1:, 3:] += growing
+    # Under a tension F the curve that an element relaxes into has a potential energy as if its
+    # bending stiffness were F h^2 / 10 larger. Elements shorter than sqrt(EI / 3F) are left alone.
     stiffer = TENSION * total_force(half_load, nodal) * steps**2 - 0.1 * bending
-    flexibility = _flexibility(elements.stiffness, stiffer)
+    across = np.maximum(stiffer, 0.0)[:, None, None] * np.diag((0.0, 1.0, 1.0))
+    elements = Elements(
+        steps=steps,
+        stiffness=stiffness,
+        stiffness_slope=slope_of(at.stiffness, steps),
+        flexibility=np.linalg.inv(stiffness + across),
+        compliance=mean_of(at.compliance),
+        coupling=mean_of(at.coupling),
+        rest=mean_of(moment),
+        rest_slope=slope_of(moment, steps),
+        rest_stretch=mean_of(np.sum(at.coupling * at.seen[:, :, :, None], axis=2)),  # B^T u*
+        half_load=half_load,
+    )
     return Arrays(
-        elements=elements._replace(half_load=half_load, flexibility=flexibility),
+        elements=elements,
         nodal=nodal,
         growing=growing,
         arc_lengths=nodes,
@@ -264,35 +278,6 @@ def shared(problem: RodProblem, count: int) -> tuple[int, ...]:
     """Return how many of about ``count`` elements lie in each piece between those places."""
     step = problem.rod.length / count
     return tuple(max(1, math.ceil((b - a) / step - 1e-9)) for a, b in pairwise(_sites(problem)))
-
-
-def _elements(at: Samples, steps: Array) -> Elements:
-    """Return elements without load."""
-    moment, mean = at.moment, mean_of(at.stiffness)
-    coupled = np.sum(at.coupling * at.seen[:, :, :, None], axis=2)  # B^T u*
-    return Elements(
-        steps=steps,
-        stiffness=mean,
-        stiffness_slope=slope_of(at.stiffness, steps),
-        flexibility=np.zeros_like(mean),
-        compliance=mean_of(at.compliance),
-        coupling=mean_of(at.coupling),
-        rest=mean_of(moment),
-        rest_slope=slope_of(moment, steps),
-        rest_stretch=mean_of(coupled),
-        half_load=np.zeros((len(steps), 3)),
-    )
-
-
-def _flexibility(stiffness: Array, added: Array) -> Array:
-    """Return K^-1 of what bends inside of elements, stiffer by (n,) [N m^2] where that is positive.
-
-    Under a tension F the curve that an element relaxes into has a potential energy as if its
-    bending stiffness were F h^2 / 10 larger. Elements shorter than sqrt(EI / 3F) are left alone.
-    """
-    across = np.maximum(added, 0.0)[:, None, None] * np.diag((0.0, 1.0, 1.0))
-    flexibility: Array = np.linalg.inv(stiffness + across)
-    return flexibility
 
 
 def _nodal(problem: RodProblem, nodes: Array) -> Array:

@@ -61,6 +61,8 @@ from spiral_core.rod.contact._contact import (
     contact_residual,
     contact_step,
     contact_terms,
+    distances,
+    no_touch,
     take_step,
     widen,
 )
@@ -433,8 +435,10 @@ def bearing_of(arrays: Arrays) -> Bearing:
 
 def contacts_at(x: Iterate, arrays: Arrays, touchable: NDArray[np.bool_]) -> tuple[Contact, ...]:
     """Return the contact with each obstacle at an iterate, its laws not yet evaluated."""
-    obstacles = enumerate(arrays.obstacles)
-    return tuple(Contact(x, j, each, arrays.radius, touchable) for j, each in obstacles)
+    return tuple(
+        Contact(j, one.friction, touchable, *distances(one, x.p, arrays.radius), no_touch(len(x.p)))
+        for j, one in enumerate(arrays.obstacles)
+    )
 
 
 def load_terms(arrays: Arrays, x: Iterate) -> Nodal:
@@ -565,9 +569,8 @@ class Newton:
         _, move = largest_motion(self.step.nodes)
         slip = max(0.1 * min(move, 0.01 * length), 10.0 * self.last_slip)
         for contact in solution.contacts:
-            if contact.rubs:
-                square = np.sum(contact.slip[contact.active] ** 2, axis=1)
-                slip = max(slip, 0.1 * float(np.sqrt(square.max(initial=0.0))))
+            square = np.sum(contact.touch.slip[contact.active] ** 2, axis=1)
+            slip = max(slip, 0.1 * float(np.sqrt(square.max(initial=0.0))))
         return width, barrier, slip
 
     def _restart(self, start: Iterate, width: float, barrier: float, slip: float) -> None:
@@ -622,7 +625,7 @@ class Newton:
     def _add(self, contacts: tuple[Contact, ...], nodal: Nodal) -> None:
         """Add the contacts to gradient, drive and Hessian of the nodes."""
         for contact in contacts:
-            contact_terms(self.law, contact.surface, self.x, self.anchors, contact.touch, nodal)
+            contact_terms(self.law, contact, self.x, self.anchors, nodal)
 
     def _loads(self) -> Nodal:
         """Return gradient and Hessian of loads at the nodes and of what is added."""
@@ -646,7 +649,7 @@ class Newton:
         pair = 2.0 * self.last_barrier / self.tolerance
         for each in contacts:
             scales = (length, force, pair)
-            worst.append(contact_residual(self.law, each.surface, self.x, each.touch, *scales))
+            worst.append(contact_residual(self.law, each, self.x, *scales))
         return float(np.max(worst))
 
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
@@ -656,11 +659,11 @@ class Newton:
         limit = min(1.0, MAX_ROTATION / max(turn, TINY), max_move / max(move, TINY))
         primal = dual = limit
         for contact in solution.contacts:
-            near, far = contact_step(self.law, contact.surface, x, contact.touch, step)
+            near, far = contact_step(self.law, contact, x, step)
             primal, dual = min(primal, near), min(dual, far)
         turn_nodes(x.q, step, primal, x.q)
         x.p[:] += primal * step[:, 3:]
         x.n[:] += dual * self.step.forces
         for contact in solution.contacts:
-            take_step(self.law, contact.surface, x, contact.touch, step, primal, dual)
+            take_step(self.law, contact, x, step, primal, dual)
         return primal, dual

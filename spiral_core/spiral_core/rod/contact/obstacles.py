@@ -68,23 +68,18 @@ class Obstacle:
     ) -> Obstacle:
         """Return the obstacle moved [m], and turned about its position by a vector [rad]."""
         shift = require_vector("translation", translation, 3)
-        turn = require_vector("rotation", rotation, 3)
+        turn = np.array(require_vector("rotation", rotation, 3))
         angle = math.hypot(*turn)
-        half = math.sin(0.5 * angle) / angle if angle > 0.0 else 0.5
-        turned = (half * turn[0], half * turn[1], half * turn[2], math.cos(0.5 * angle))
-        orientation = composed(np.array([turned]), np.array([self.orientation]))[0].tolist()
-        x, y, z = (p + d for p, d in zip(self.position, shift, strict=True))
-        return replace(self, position=(x, y, z), orientation=(*orientation,))
-
-
-def frame_of(obstacle: Obstacle) -> Array:
-    """Return the rotation matrix (3, 3) from the obstacle's frame to the base frame."""
-    return _frame(tuple(obstacle.orientation))
+        axis = 0.5 * np.sinc(angle / math.tau) * turn
+        turned = np.array([(*axis, math.cos(0.5 * angle))])
+        orientation = composed(turned, np.array([self.orientation]))[0].tolist()
+        position = np.add(self.position, shift).tolist()
+        return replace(self, position=(*position,), orientation=(*orientation,))
 
 
 @lru_cache(maxsize=32)
-def _frame(orientation: Quaternion) -> Array:
-    """Return :func:`frame_of` an obstacle so turned."""
+def frame_of(orientation: Quaternion) -> Array:
+    """Return the rotation matrix (3, 3) from the frame of an obstacle to the base frame."""
     frame: Array = matrices(np.array([orientation]))[0]
     frame.setflags(write=False)  # it is everybody's
     return frame
@@ -92,13 +87,13 @@ def _frame(orientation: Quaternion) -> Array:
 
 def seen_from(obstacle: Obstacle, points: Array) -> Array:
     """Return points (n, 3) [m] in the obstacle's frame."""
-    local: Array = (points - np.asarray(obstacle.position)) @ frame_of(obstacle)
+    local: Array = (points - np.asarray(obstacle.position)) @ frame_of(obstacle.orientation)
     return local
 
 
 def in_base_frame(obstacle: Obstacle, local: Array) -> Array:
     """Return points (n, 3) [m] of the obstacle's frame in the base frame."""
-    points: Array = local @ frame_of(obstacle).T + np.asarray(obstacle.position)
+    points: Array = local @ frame_of(obstacle.orientation).T + np.asarray(obstacle.position)
     return points
 
 
@@ -106,10 +101,12 @@ def obstacle_between(first: Obstacle, last: Obstacle, at: float) -> Obstacle:
     """Return an obstacle between two poses."""
     if first == last:
         return last
-    x, y, z = (1.0 - at) * np.array(first.position) + at * np.array(last.position)
+    position = (1.0 - at) * np.array(first.position) + at * np.array(last.position)
     turn = quaternions_between(np.array([first.orientation]), np.array([last.orientation]), at)[0]
     friction = (1.0 - at) * first.friction + at * last.friction
-    return replace(last, position=(x, y, z), orientation=(*turn.tolist(),), friction=friction)
+    return replace(
+        last, position=(*position.tolist(),), orientation=(*turn.tolist(),), friction=friction
+    )
 
 
 def turns_about(obstacle: Obstacle, points: Array) -> float:
@@ -135,17 +132,16 @@ def turns_about(obstacle: Obstacle, points: Array) -> float:
     return float(np.sum(swept[beside])) / math.tau
 
 
-def passes_through(old: Obstacle, new: Obstacle, before: Array, after: Array) -> bool:
+def passes_through(obstacle: Obstacle, start: Array, end: Array) -> bool:
     """Return whether an element passed an obstacle's axis while its nodes (n, 3) moved.
 
-    ``before`` and ``after`` are seen from the obstacle in its two places. The angle between an
+    ``start`` and ``end`` are seen from the obstacle. The angle between an
     element's ends changes by what they turn about the axis, each by less than half a turn; if it
     has passed, by a turn more or less.
     """
-    axis = _axis_range(old)
+    axis = _axis_range(obstacle)
     if axis is None:
         return False
-    start, end = seen_from(old, before), seen_from(new, after)
     moved = _swept(start, end)
     change = _swept(end[:-1], end[1:]) - _swept(start[:-1], start[1:]) - np.diff(moved)
     inside = np.all([(axis[0] <= z) & (z <= axis[1]) for z in (start[:, 2], end[:, 2])], axis=0)

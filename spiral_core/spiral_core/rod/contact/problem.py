@@ -139,21 +139,16 @@ class RodProblem:
                 raise InvalidInputError("at", load.at, "an arc length inside the rod")
 
 
-def _kind(end: End) -> tuple[type[End], bool]:
-    """Return what may not change on a path: an end's type, and whether its orientation is held."""
-    return type(end), getattr(end, "orientation", None) is None
+def _kind(problem: RodProblem) -> list[object]:
+    """Return what may not change on a path: of an end its type, and whether it may turn."""
+    ends = (problem.base, problem.tip)
+    held = [(type(end), getattr(end, "orientation", None) is None) for end in ends]
+    return [problem.rod.radius, held, [obstacle.shape for obstacle in problem.obstacles]]
 
 
 def require_alike(problems: Sequence[RodProblem]) -> None:
     """Refuse stations between which no path leads."""
-    first = problems[0]
     for problem in problems[1:]:
-        alike = (
-            problem.rod.radius == first.rod.radius
-            and _kind(problem.base) == _kind(first.base)
-            and _kind(problem.tip) == _kind(first.tip)
-            and [o.shape for o in problem.obstacles] == [o.shape for o in first.obstacles]
-        )
-        if not alike:
+        if _kind(problem) != _kind(problems[0]):
             requirement = "stations with one rod radius, kinds of ends and obstacle shapes"
             raise InvalidInputError("problems", problem, requirement)

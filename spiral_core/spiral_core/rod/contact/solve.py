@@ -15,7 +15,6 @@ import numpy as np
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.message import Message, Quantity
-from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod.contact._continuation import (
     NEXT_TO,
     SMALLEST_INCREMENT,
@@ -170,8 +169,8 @@ def _halving_changes(problem: RodProblem, start: RodState | Array | None, state:
         positions, found = finer.positions, finer.status is RodStatus.CONVERGED
     else:
         here = unsolved(arrays, halved(coarse, arrays))
-        x, _, solution, _ = attempt(here, arrays, here.x.copy())
-        positions, found = x.p, solution.outcome == CONVERGED
+        there, _ = attempt(here, arrays)
+        positions, found = there.x.p, there.solved
     if not found:
         return math.inf
     return float(np.linalg.norm(positions[::2] - state.positions, axis=1).max())

@@ -17,7 +17,7 @@ from spiral_core.rod._algebra import composed, matrices, turned
 from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._continuation import Point, largest_moves, moved_fraction
-from spiral_core.rod.contact._mesh import Arrays, last_slip, node_lengths
+from spiral_core.rod.contact._mesh import Arrays, node_lengths
 from spiral_core.rod.contact._newton import Newton, Solution
 from spiral_core.rod.contact.obstacles import Obstacle, in_base_frame, seen_from
 from spiral_core.rod.motion._terms import (
@@ -86,9 +86,9 @@ def at_rest(time: float, point: Point) -> Moment:
 
 def _release(x: Iterate, solution: Solution) -> None:
     """Take the forces from nodes that do not touch: an interior point leaves each node a little."""
-    for contact in solution.contacts:
-        x.normal[contact.j][~contact.active] = 0.0
-        x.friction[contact.j][~contact.active] = 0.0
+    for j, contact in enumerate(solution.contacts):
+        x.normal[j][~contact.active] = 0.0
+        x.friction[j][~contact.active] = 0.0
 
 
 def advanced(
@@ -198,10 +198,7 @@ def _air(here: Moment, arrays: Arrays, duration: float, air: float) -> Array:
 
 def _solve(here: Point, arrays: Arrays, guess: Iterate, terms: StepTerms) -> Point | None:
     """Minimize; from where the rod is if not from the guess. None if neither works."""
-    anchors = carried(
-        here.x, here.anchors, here.arrays.obstacles, arrays.obstacles, arrays.lever,
-        last_slip(arrays),
-    )  # fmt: skip
+    anchors = carried(here.x, here.anchors, here.arrays, arrays)
     largest = largest_moves(here)
     for x in (guess, _taken_along(here, arrays)):
         newton = Newton(arrays, x, anchors, terms)

@@ -307,4 +307,4 @@ def _changes(here: Moment, after: Moment) -> list[tuple[EventKind, int]]:
 def _sticks(moment: Moment, j: int) -> bool:
     """Return whether every node in contact with an obstacle sticks."""
     contact = moment.point.solution.contacts[j]
-    return contact.rubs and bool(np.all(contact.sticks[contact.active]))
+    return contact.friction > 0.0 and bool(np.all(contact.sticks[contact.active]))
