@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,7 +25,8 @@ def round_distance(points):
 
 POINTS = np.random.default_rng(1).choice((-0.036, -0.022, 0.025, 0.04), (30, 3))
 UPRIGHT = Cylinder(0.03)
-WAVY = Profile((-0.05, -0.02, 0.01, 0.05), (0.02, 0.025, 0.018, 0.03))
+WAVY = Profile(np.array((-0.05, -0.02, 0.01, 0.05)), [0.02, 0.025, 0.018, 0.03])
+SHOULDER = Profile((-0.01, 0.0, 0.01, 0.02), (0.02, 0.02, 0.04, 0.04))
 TUBE = Cylinder(0.05, inside=True)
 
 
@@ -38,11 +40,16 @@ TUBE = Cylinder(0.05, inside=True)
         Capsule(0.01, 0.03),
         Plane(),
         WAVY,
+        SHOULDER,
         SignedDistance(round_distance, 0.03),
     ],
 )
 def test_derivatives_are_those_of_the_distance(shape):
-    _, normal, hessian = shape.distance(POINTS)
+    """And a distance changes by no more than a point moves; a shape is a value."""
+    gap, normal, hessian = shape.distance(POINTS)
+    apart = norm(POINTS[:, None] - POINTS, axis=2)
+    assert np.all(np.abs(gap[:, None] - gap) <= apart + 1e-9)
+    assert hash(shape)
     assert_allclose(norm(normal, axis=1), 1.0, rtol=1e-9)
     for k, shift in enumerate(1e-6 * np.eye(3)):
         (up, ahead, _), (down, behind, _) = map(shape.distance, (POINTS + shift, POINTS - shift))
@@ -84,5 +91,7 @@ def test_turns_are_those_of_a_helix_about_the_axis(shape, turns):
     shift = (0.3, -0.2, 0.1)
     for turn in map(Rotation.from_rotvec, ((0.4, -1.1, 2.0), (math.pi, 0.0, 0.0))):
         there = Obstacle.along(shape, shift, turn.apply((0.0, 0.0, 1.0)))
+        rounded = replace(there, orientation=tuple(1.0000009 * np.array(there.orientation)))
+        assert rounded.orientation == pytest.approx(there.orientation, rel=1e-12)
         found = turns_about(there, turn.apply(helix) + shift)
         assert found == pytest.approx(turns, nan_ok=True)

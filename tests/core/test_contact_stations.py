@@ -26,6 +26,8 @@ from spiral_core import (
     Section,
     Sphere,
 )
+from spiral_core.rod.contact._mesh import between, discretize
+from spiral_core.rod.contact.obstacles import obstacle_between
 from spiral_core.rod.contact.solve import follow_contact, solve_contact
 
 RADIUS = 2e-3
@@ -82,6 +84,17 @@ def test_rod_that_grows_onto_a_floor_or_whose_guide_turns_ends_where_a_fresh_one
     assert state.tip_position == pytest.approx(fresh.tip_position, abs=1e-7)
 
 
+def test_part_of_a_way_has_part_of_its_rest_strain_and_turn():
+    """The energy of the rest strain goes with its square."""
+    rods = (replace(ROD, rest_strain=(0.0, bend, 0.0)) for bend in (0.2, 0.6))
+    first, last = (discretize(RodProblem(rod), 8) for rod in rods)
+    assert between(first, last, 0.5).rest_energy == pytest.approx(4.0 * first.rest_energy)
+    ball, part, turned = (
+        Obstacle(Sphere(0.02)).moved(rotation=(turn, 0.0, 0.0)) for turn in (0.0, 0.6, 2.4)
+    )
+    assert obstacle_between(ball, turned, 0.25).orientation == pytest.approx(part.orientation)
+
+
 def test_places_that_differ_by_rounding_are_one():
     rod = replace(ROD, breaks=(0.1 + 0.1 + 0.1,))
     loads = (PointLoad(0.3, PUSH), PointLoad(0.5 - 1e-16), PointLoad(1e-17))
@@ -90,8 +103,8 @@ def test_places_that_differ_by_rounding_are_one():
 
 
 def test_loads_too_near_to_each_other_or_to_the_tip_are_called_that():
-    for places in ((0.5 - 1e-7,), (0.2, 0.2 + 1e-7)):
-        loads = tuple(PointLoad(at, PUSH) for at in places)
+    for at in (0.5 - 1e-7, 0.2 + 1e-7):
+        loads = (PointLoad(0.2, PUSH), PointLoad(at, PUSH))
         with pytest.raises(InvalidInputError, match="apart and from the ends"):
             solve_contact(RodProblem(ROD, point_loads=loads), elements=40)
 

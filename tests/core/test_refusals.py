@@ -399,6 +399,10 @@ TOGETHER = {
         *((replace(FREE, rest_strain=(0, 0, k), breaks=(0.28, 0.29)), LOAD) for k in (18, 1e308)),
         (replace(FREE, rest_strain=(0, 0, 50), radius=1e-3), LOAD),
     ],
+    Obstacle: [(Plane,)],
+    # As long elements would not see the obstacle.
+    partial(solve_contact, replace(PROBLEM, rod=replace(ROD, length=4.0)), start=START): [()],
+    partial(solve_motion, lambda _: PROBLEM, INERTIA, (0.0, 0.01), start=STATE, elements=0): [()],
 }
 
 
