@@ -26,7 +26,7 @@ def round_distance(points):
 POINTS = np.random.default_rng(1).choice((-0.036, -0.022, 0.025, 0.04), (30, 3))
 UPRIGHT = Cylinder(0.03)
 WAVY = Profile(np.array((-0.05, -0.02, 0.01, 0.05)), [0.02, 0.025, 0.018, 0.03])
-SHOULDER = Profile((-0.01, 0.0, 0.01, 0.02), (0.02, 0.02, 0.04, 0.04))
+SHOULDER = Profile((0.013, 0.023, 0.033, 0.043), (0.02, 0.02, 0.04, 0.04))
 TUBE = Cylinder(0.05, inside=True)
 
 
