@@ -173,13 +173,14 @@ def advance(
     sizes: tuple[float, float],
     first: Arrays,
     before: Point | None = None,
-) -> Iterator[Point | int]:
+) -> Iterator[Point]:
     """Follow the branch from ``start``, on the way from ``first`` to ``end``; yield its points.
 
-    Yields the passes spent in vain, and ends, where the branch ends. ``sizes`` are the smallest and
-    the largest increment. With friction the states depend on the increments, so these follow from
-    states alone: neither the passes of an iteration nor where a failed one stopped, which rounding
-    changes, decides the next. ``before`` is a point passed earlier, to extrapolate from.
+    Yields the last one again, with the passes spent in vain, where the branch ends. ``sizes`` are
+    the smallest and the largest increment. With friction the states depend on the increments, so
+    these follow from states alone: neither the passes of an iteration nor where a failed one
+    stopped, which rounding changes, decides the next. ``before`` is a point passed earlier, to
+    extrapolate from.
     """
     here = start
     smallest, largest = sizes
@@ -199,7 +200,7 @@ def advance(
             before = None  # the next attempt goes without extrapolation
             step = max(smallest, 0.5 * step)
         else:
-            yield spent
+            yield replace(here, spent=spent)
             return
 
 

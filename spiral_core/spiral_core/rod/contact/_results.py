@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -91,7 +91,7 @@ def point_of_state(state: RodState) -> Point:
     if state._point is None:
         requirement = "a state of the mixed element: solve_rod(..., element=RodElement.MIXED)"
         raise InvalidInputError("start", state.element.name, requirement)
-    return replace(state._point, at=0.0, x=state._point.x.copy())
+    return state._point
 
 
 def shape_of(start: RodState | Array) -> Array:

@@ -244,7 +244,7 @@ def follow_contact(
         if reached is None:
             break
         states.append(replace(state_from_point(reached, spent, log.status), _before=before))
-        here = replace(reached, at=0.0)
+        here = reached
     return RodPath(tuple(states), tuple(log.events), log.self_contact)
 
 
@@ -267,24 +267,18 @@ def _travel(
     here = replace(here, at=0.0)
     before = continued(before, here, end)
     while here.at < 1.0:
-        ended = False
         for point in advance(here, end, sizes, first, before):
-            if isinstance(point, int):
-                ended = True
-                spent += point
-            else:
-                before, here = here, point
-                spent += point.spent
-                log.watch(index + here.at, before.x.p, here.x.p, here.arrays)
-        if not ended:
+            before, here = here, point
+            spent += point.spent
+            log.watch(index + here.at, before.x.p, here.x.p, here.arrays)
+        if here.at == 1.0:
             break
         at = min(1.0, here.at + sizes[0] * 2.0**stays)
         arrays = between(first, end, at)
         last = state_from_point(here, spent, log.status)
         position = index + here.at
         there, rests, trail = slide(here, arrays, reach=NEXT_TO if stop else math.inf)
-        used = there.spent
-        spent += used
+        spent += there.spent
         for passed, reached in pairwise(trail):
             log.watch(position, passed, reached, arrays)
         gone = moved_fraction(here, arrays, there.x.p) > NEXT_TO
@@ -296,7 +290,7 @@ def _travel(
         here, before = tried(there) if lost else replace(there, at=at), None
         if not (stop and gone):
             status = RodStatus.NOT_HELD if lost else log.status
-            after = replace(state_from_point(here, used, status), trail=np.array(trail))
+            after = replace(state_from_point(here, here.spent, status), trail=np.array(trail))
         log.events.append(RodEvent(position, last, after))
         if lost:
             return None, None, spent

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from spiral_core.rod._algebra import composed, matrices, turned
-from spiral_core.rod._newton import CONVERGED
 from spiral_core.rod.contact._contact import Iterate, carried, distances
 from spiral_core.rod.contact._continuation import Point, largest_moves, moved_fraction
 from spiral_core.rod.contact._mesh import Arrays, node_lengths
@@ -199,13 +198,13 @@ def _air(here: Moment, arrays: Arrays, duration: float, air: float) -> Array:
 def _solve(here: Point, arrays: Arrays, guess: Iterate, terms: StepTerms) -> Point | None:
     """Minimize; from where the rod is if not from the guess. None if neither works."""
     anchors = carried(here.x, here.anchors, here.arrays, arrays)
-    largest = largest_moves(here)
+    largest = float(largest_moves(here).max())
     for x in (guess, _taken_along(here, arrays)):
         newton = Newton(arrays, x, anchors, terms)
         newton.tolerance, newton.rounded = TOLERANCE, 0.0
-        solution = newton.run(float(largest.max()))
+        solution = newton.run(largest)
         near = solution.pivot > 0.0 and solution.residual < ACCEPTED
-        if (solution.outcome == CONVERGED or near) and moved_fraction(here, arrays, x.p) <= 1.0:
+        if near and moved_fraction(here, arrays, x.p) <= 1.0:
             _release(x, solution)
             return Point(here.at, arrays, x, anchors, solution)
     return None

@@ -50,7 +50,11 @@ class Swing:
 
         Overdamped vibrations creep back at the slower of their two rates.
         """
-        linear = self._linear(damping)
+        half = 0.5 * (self.material * damping.retardation_time + damping.drag_rate)
+        omega = 2.0 * math.pi * self.frequency
+        linear = half
+        if half > omega:
+            linear = omega * omega / (half + math.sqrt(half * half - omega * omega))
         air = self.air_creeping * np.cbrt(amplitude) + self.air_inertial * amplitude
         rate: Array = linear + damping.air * air
         return rate
@@ -71,14 +75,6 @@ class Swing:
         from scipy.integrate import simpson  # scipy takes long to load
 
         return float(simpson(1.0 / rates, dx=math.log(first / last) / INTERVALS))
-
-    def _linear(self, damping: Damping) -> float:
-        """Return the rate of decay that does not depend on the amplitude [1/s]."""
-        half = 0.5 * (self.material * damping.retardation_time + damping.drag_rate)
-        omega = 2.0 * math.pi * self.frequency
-        if half <= omega:
-            return half
-        return omega * omega / (half + math.sqrt(half * half - omega * omega))
 
 
 def air_coefficients(
