@@ -230,7 +230,9 @@ def test_a_rod_between_ends_nearer_than_its_length_is_the_elastica(ends, span):
     """
     k2 = brentq(lambda k2: 2.0 * ellipe(k2) / ellipk(k2) - 1.0 - span, 1e-9, 0.9)
     force = (2.0 if ends is Pinned else 4.0) ** 2 * ellipk(k2) ** 2 * BENDING
-    problem = RodProblem(Rod(1.0, ROUND), base=ends(), tip=ends((span, 0.0, 0.0)))
+    beside = (Obstacle(Sphere(0.1), (0.5, -0.4, -0.5)),)  # not touched
+    held = {"base": ends(), "tip": ends((span, 0.0, 0.0)), "obstacles": beside}
+    problem = RodProblem(Rod(1.0, ROUND), **held)
     state = solve_contact(problem, elements=60)
     assert state.stable
     assert state.base_reaction[0] == pytest.approx(force, rel=3e-3)

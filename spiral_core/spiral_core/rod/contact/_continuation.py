@@ -269,13 +269,13 @@ def extrapolated(before: Point | None, here: Point, at: float) -> Iterate:
     return x
 
 
-def release(here: Point, arrays: Arrays) -> tuple[Point, bool, list[Array]]:
+def release(here: Point) -> tuple[Point, bool, list[Array]]:
     """Let the rod go from a shape that need not be near a state; returns as :func:`slide`."""
-    there, move = attempt(here, arrays)
+    there, move = attempt(here, here.arrays)
     spent = there.solution.passes
     if there.solved and move <= 0.5:
         return replace(there, spent=spent), True, [here.x.p, there.x.p]
-    return slide(here, arrays, spent)
+    return slide(here, here.arrays, spent)
 
 
 def slide(

@@ -42,7 +42,7 @@ from spiral_core.rod.contact._mesh import (
     shared,
 )
 from spiral_core.rod.contact._results import PathLog, from_shape, point_of_state, state_from_point
-from spiral_core.rod.contact.obstacles import Obstacle
+from spiral_core.rod.contact.obstacles import Obstacle, passes_through, seen_from
 from spiral_core.rod.contact.problem import RodProblem, require_alike
 from spiral_core.rod.state import RodElement, RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import MAX_ELEMENTS, Array
@@ -81,9 +81,9 @@ def solve_contact(
     Without a start the rod begins straight, along its base, without rest strain, with the obstacles
     in place; loads come on while its tip is brought to where it is held, and then the rest strain.
     Snaps on the way are followed. If that leads nowhere, as where both ends push an inextensible
-    rod together, and no obstacle is near, the rod is released from two legs. With a state as start,
-    one increment is made from it (friction goes on from there), or as many as the way needs. With a
-    centerline, the rod is released from that shape.
+    rod together, and no obstacle is in between, the rod is released from two legs. With a state as
+    start, one increment is made from it (friction goes on from there), or as many as the way needs.
+    With a centerline, the rod is released from that shape.
 
     Args:
         problem: rod, ends, loads and obstacles.
@@ -147,9 +147,12 @@ def _solved_on(problem: RodProblem, arrays: Arrays, start: RodState | Array | No
     """Return the state that is reached on given elements from the straight rod or a shape."""
     if start is None:
         return _from_straight(problem, arrays)
-    x = from_shape(problem, arrays, start)
-    here = unsolved(arrays, x)
-    there, rests, trail = release(here, arrays)
+    return _released(unsolved(arrays, from_shape(problem, arrays, start)))
+
+
+def _released(here: Point) -> RodState:
+    """Return the state to which a rod moves from where it is let go."""
+    there, rests, trail = release(here)
     status = None if rests else RodStatus.NOT_HELD
     state = state_from_point(tried(there), there.spent, status)
     return replace(state, trail=np.array(trail))
@@ -301,10 +304,8 @@ def _from_straight(problem: RodProblem, arrays: Arrays) -> RodState:
     """Return the state reached from the straight rod, along its loading path."""
     x, first = straight(problem, arrays)
     here = unsolved(first, x)
-    clear = -1e-3 * max(arrays.radius, 1e-3 * arrays.length)
-    if not all(contact.gap[1:].min() > clear for contact in here.solution.contacts):
+    if not _is_clear(here):
         return state_from_point(tried(here), 0, RodStatus.INSIDE_OBSTACLE)
-    alone = all(contact.gap[0] > arrays.length for contact in here.solution.contacts)
     log = PathLog()
     spent = 0
     largest = FRICTION_INCREMENT if _rubs(arrays.obstacles) else 1.0
@@ -312,13 +313,23 @@ def _from_straight(problem: RodProblem, arrays: Arrays) -> RodState:
         reached, _, used = _travel(here, None, end, (SMALLEST_INCREMENT, largest), False, 0, log)
         spent += used
         if reached is None:
-            shape = legs(arrays, x)
-            if shape is None or not alone:
-                return replace(log.events[-1].last, iterations=spent)
-            state = _solved_on(problem, arrays, shape)
-            return replace(state, iterations=spent + state.iterations)
+            state, shape = log.events[-1].last, legs(arrays, x)
+            if shape is not None:
+                bent = unsolved(arrays, from_shape(problem, arrays, shape))
+                places = ((o, seen_from(o, x.p), seen_from(o, bent.x.p)) for o in problem.obstacles)
+                if _is_clear(bent) and not any(passes_through(*place) for place in places):
+                    state = _released(bent)
+                    spent += state.iterations
+            return replace(state, iterations=spent)
         here = reached
     return state_from_point(here, spent)
+
+
+def _is_clear(here: Point) -> bool:
+    """Return whether a rod is clear of every obstacle, but for its base."""
+    arrays = here.arrays
+    clear = -1e-3 * max(arrays.radius, 1e-3 * arrays.length)
+    return all(contact.gap[1:].min() > clear for contact in here.solution.contacts)
 
 
 def checked_count(problems: Sequence[RodProblem], elements: int | None) -> int:
