@@ -57,10 +57,12 @@ class Obstacle:
         norm = math.hypot(x, y, z)
         if not norm > 0.0:
             raise InvalidInputError("axis", axis, "three numbers that are not all zero")
-        # The smallest turn from e_z to the axis; the opposite of e_z is reached about e_x.
-        turn = (-y / norm, x / norm, 0.0, 1.0 + z / norm)
-        size = math.hypot(*turn)
-        a, b, c, d = (v / size for v in turn) if size > 0.0 else (1.0, 0.0, 0.0, 0.0)
+        x, y, z = x / norm, y / norm, z / norm
+        # Half the turn from e_z to the axis; the opposite of e_z is reached about e_x.
+        w = math.sqrt(max(0.0, 0.5 * (1.0 + z)))
+        orientation = (-0.5 * y / w, 0.5 * x / w, 0.0, w) if w > 1e-8 else (1.0, 0.0, 0.0, 0.0)
+        size = math.sqrt(sum(c * c for c in orientation))
+        a, b, c, d = (v / size for v in orientation)
         return cls(shape, point, (a, b, c, d), friction)
 
     def moved(
