@@ -55,7 +55,7 @@ SECOND_ORDER = 4.0 / 3.0
 CLAMPED, FREE, NO_LOAD = Clamped(), Free(), RodLoad()
 STRAIGHT = [0.0, 0.0, 0.0, 1.0]
 # A start's quaternions whose squared norms are farther from 1 are rounded, and normalized.
-UNIT_TOLERANCE = 1e-12
+UNIT_TOLERANCE, ONES = 1e-12, np.ones(4)
 
 
 def solve_rod(
@@ -210,7 +210,7 @@ def _first_orientations(start: object, arcs: Array) -> Array:
     if start is None:
         return np.empty((len(arcs), 4))
     q, before = checked_start(start)
-    alike = np.array_equal(before, arcs)
+    alike = len(before) == len(arcs) and bool((before == arcs).all())
     return q if alike else resample(q, np.diff(before), np.diff(arcs))
 
 
@@ -226,12 +226,12 @@ def checked_start(start: object) -> tuple[Array, Array]:
     if q.ndim != 2 or q.shape[1] != 4 or len(q) < 3 or arcs.shape != (len(q),):
         requirement = "a state with arc lengths (n,) and orientations (n, 4) of 3 nodes or more"
         raise InvalidInputError("start", f"arrays {arcs.shape} and {q.shape}", requirement)
-    squares = np.einsum("ni,ni->n", q, q)
-    if not 0.0 < squares.min() <= squares.max() < math.inf:
-        raise InvalidInputError(
-            "start", "orientations that are not finite", "a state of finite values"
-        )
-    if q[0].tolist() != STRAIGHT or not np.abs(squares - 1.0).max() <= UNIT_TOLERANCE:
+    squares = (q * q) @ ONES
+    off = squares - 1.0
+    if q[0].tolist() != STRAIGHT or not off @ off <= UNIT_TOLERANCE**2:
+        if not 0.0 < squares.min() <= squares.max() < math.inf:
+            requirement = "a state of finite values"
+            raise InvalidInputError("start", "orientations that are not finite", requirement)
         q /= np.sqrt(squares)[:, None]
         back = q[:1] * (-1.0, -1.0, -1.0, 1.0)  # seen from the base: a rod clamped in the frame
         q = composed(np.repeat(back, len(q), axis=0), q)
