@@ -82,9 +82,13 @@ def test_the_radii_that_are_held_end_where_contact_ends(monkeypatch, ranges):
     assert all(map(is_held, found.flat))
     assert_allclose(found, np.clip(np.array(ranges), *reach), 0.01)
     wrong = [radius for radius in (0.0185, 0.0198, 0.0215) if not is_held(radius)]
-    nearest = [nearest_held_radius(lay_into_coil(gripper, radius)) for radius in wrong]
+    told = []
+    nearest = [
+        nearest_held_radius(lay_into_coil(gripper, radius), lambda *at: told.append(at))
+        for radius in wrong
+    ]
     assert all(map(is_held, nearest)) or not ranges
-    recorded(f"refusal/radii {len(ranges)}", [found, reach, count, nearest])
+    recorded(f"refusal/radii {len(ranges)}", [found, reach, count, nearest, told])
 
 
 LEANING = (-0.719 * 9.81, 0.678 * 9.81, 0.152 * 9.81)

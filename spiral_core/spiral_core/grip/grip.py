@@ -293,7 +293,7 @@ def solve_grip(
     if window is None:
         window = grip_window(setup, progress=progress)
     if window.onset_wrap is None:
-        raise not_held(window)
+        raise not_held(window, progress)
     if pressures is not None and not all(b > a for a, b in pairwise(pressures)):
         raise InvalidInputError("pressures", tuple(pressures), "increasing", "Pa")
     if pressures is None:

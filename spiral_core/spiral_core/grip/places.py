@@ -50,14 +50,17 @@ LEAST_MISSING = 1e-6
 ROLLS = 8
 
 
-def not_held(window: GripWindow) -> NotGrippableError:
-    """Return the refusal of a window without a perfect wrap: why, and the nearest radius held."""
+def not_held(window: GripWindow, progress: Progress | None = None) -> NotGrippableError:
+    """Return the refusal of a window without a perfect wrap: why, and the nearest radius held.
+
+    Takes seconds to a minute; progress as of :func:`nearest_held_radius`.
+    """
     setup, (reason, gap) = window.setup, why_not_held(window)
     radius = float(setup.obstacle.shape.feature_radius)
     if not _is_cut_short(window) and _held_back(setup):
         friction = "; closed without friction it would be wrapped: friction holds the tube back"
         reason = Message("{}{}", reason, friction)
-    return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup))
+    return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup, progress))
 
 
 def _is_cut_short(window: GripWindow) -> bool:
@@ -107,12 +110,12 @@ def _held_back(setup: GripSetup) -> bool:
     return _is_wrapped(replace(setup, closing=Closing.FRICTIONLESS))
 
 
-def nearest_held_radius(setup: GripSetup) -> float | None:
+def nearest_held_radius(setup: GripSetup, progress: Progress | None = None) -> float | None:
     """Return the nearest radius that is held [m], of a cylinder that was laid into the coil.
 
     Radii above and below are tried in steps of 8 %; where one is held, the end of what is held is
     located to a percent. None if none of them is held, or the object is none that was laid into the
-    coil.
+    coil. ``progress`` is called with the number of radii tried and the most there are.
     """
     shape = setup.obstacle.shape
     if setup.tip_pressure is None or not isinstance(shape, Cylinder):
@@ -125,7 +128,7 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
     asked = obstacle.friction, setup.closing
     for number in range(1, RADIUS_TRIES + 1):
         held = []
-        for step in (RADIUS_STEP, -RADIUS_STEP):
+        for side, step in enumerate((RADIUS_STEP, -RADIUS_STEP)):
             before, radius = ((1.0 + n * step) * shape.radius for n in (number - 1, number))
             inside = curve.radius_min <= radius <= curve.radius_max
             if inside and _is_held(own, curve, radius, *asked):
@@ -133,6 +136,8 @@ def nearest_held_radius(setup: GripSetup) -> float | None:
                     own, curve, (min(before, radius), max(before, radius), step < 0.0), *asked
                 )
                 held += [radius, *(each for each, good in tried.items() if good)]
+            if progress is not None:
+                progress(2 * number - 1 + side, 2 * RADIUS_TRIES)
         if held:
             return min(held, key=lambda radius: abs(radius - shape.radius))
     return None

@@ -179,7 +179,7 @@ def closed_window(
     setup, mark = setup_of(question)
     window = grip_window(setup, progress=progress)
     if window.onset_wrap is None:
-        refusal = not_held(window)
+        refusal = not_held(window, progress)
         for nudged in nudged_windows(setup) if question.spread else ():
             if nudged.onset_wrap is not None:
                 reason = Message(
