@@ -252,8 +252,8 @@ def sampled(rod: Rod, nodes: Array) -> Samples:
     rest = vector_samples("rest_strain", rod.rest_strain, sites.ravel()).reshape(-1, 3, 3)
     angles = steps[:, None] * np.sqrt(np.sum(rest * rest, axis=2))
     if not angles.max() <= LARGEST_REST_TURN * (1.0 + ROUNDING):
-        fewest = np.ceil(len(steps) * angles.max() / LARGEST_REST_TURN)
-        requirement = f"at least {fewest:.0f}, for each to turn by 2 rad at most at rest"
+        fewest = min(len(steps) * angles.max() / LARGEST_REST_TURN, MAX_ELEMENTS + 1)
+        requirement = f"at least {math.ceil(fewest)}, for each to turn by 2 rad at most at rest"
         raise InvalidInputError("elements", len(steps), requirement)
     seen = rest * strain_scales(angles)[:, :, None]
     return Samples(sites, stiffness, compliance, coupling, rest, seen)

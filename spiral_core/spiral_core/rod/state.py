@@ -137,8 +137,7 @@ class RodState:
             the mixed element does not count.
         discretization_error: estimated largest error of a position [m]; where other elements find
             no state, infinite or, with the inextensible element, the length; None where it was not
-            asked for. With a neutral mode it is the
-            error up to the free rotation.
+            asked for. With a neutral mode it is the error up to the free rotation.
         last_step: largest rotation of a node in the Newton step that was left [rad].
         neutral_modes: 1 if the whole rod may turn about the base's axis at no cost (an isotropic
             rod, straight at rest, that buckled under a load along that axis), with the mixed
