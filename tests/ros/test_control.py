@@ -174,6 +174,8 @@ HOLDING RADIUS_STALE - 3e4 held: vents; track; breaks fault=RegulatorFault.STUCK
 WAITING NO_RADIUS - 0 no: restart; unmeasured; run 0.02; call offer_measured 100.1 4e4;
   call offer_measured 100.4 4e4; call offer_measured 100.5 9; call offer_measured 100.8 9; leap 0.8;
   run 0.02
+WAITING TAKEN_OVER - nan no: restart; unmeasured; run 0.02; call offer_measured 100.1 4e4;
+  call offer_measured 100.4 4e4; call offer_measured 100.5 9; leap 0.5; run 0.02
 TRACKING NONE - 5e4 no: limit publish_rate=1 radius_timeout=9; track; leaks; tick 0.02 1;
   tick 0.02 1; tick 0.02 1
 VENTED RADIUS_STALE - 0 no: limit publish_rate=1 radius_timeout_policy=TimeoutPolicy.VENT; track;

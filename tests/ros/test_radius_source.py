@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,15 +15,7 @@ from spiral_gripper_ros.simulation.radius_estimator import RadiusEstimator, Radi
 
 STEADY = RadiusParameters(radius=0.02, estimate_noise=0.0)
 SINE = replace(STEADY, profile="sine", radius_variation=0.5, radius_period=4.0)
-# Parameters, times [s], and the radii then [m]; a radius that is not given is the middle one.
-PROFILES = """
-- [{profile: step, radius_variation: -0.25, radius_period: 4.0}, [0.0, 1.9, 2.0, 3.9, 4.0],
-   [0.02, 0.02, 0.015, 0.015, 0.02]]
-- [{profile: sine, radius_variation: 0.5, radius_period: 4.0}, [0.0, 1.0, 2.0, 3.0],
-   [0.02, 0.03, 0.02, 0.01]]
-- [{radius: 0.0}, [9.0], [0.03]]
-- [{profile: none}, [9.0], [null]]
-"""
+STEP = replace(STEADY, profile="step", radius_variation=-0.25, radius_period=4.0)
 
 
 def true_radii(values, times):
@@ -32,10 +23,17 @@ def true_radii(values, times):
     return [(estimator.estimates(time), estimator.true_radius())[1] for time in times]
 
 
-@pytest.mark.parametrize(("values", "times", "radii"), yaml.safe_load(PROFILES))
+@pytest.mark.parametrize(
+    ("values", "times", "radii"),
+    [
+        (STEP, (0.0, 1.9, 2.0, 3.9, 4.0), [0.02, 0.02, 0.015, 0.015, 0.02]),
+        (SINE, (0.0, 1.0, 2.0, 3.0), [0.02, 0.03, 0.02, 0.01]),
+        (replace(STEADY, radius=0.0), (9.0,), [0.03]),  # not given: the middle one
+        (replace(STEADY, profile="none"), (9.0,), [None]),
+    ],
+)
 def test_the_true_radius_follows_its_profile(values, times, radii):
-    found = true_radii(replace(STEADY, **values), times)
-    assert found == [r and pytest.approx(r, rel=1e-12) for r in radii]
+    assert true_radii(values, times) == [r and pytest.approx(r, rel=1e-12) for r in radii]
 
 
 @given(st.integers(1, 60), st.floats(0.01, 0.9))
