@@ -403,10 +403,15 @@ def skews(v: Array) -> Array:
 SKEWS = np.cross(np.eye(3), np.eye(3)[:, None])
 
 
+@compiled
 def in_space(turn: Array, vectors: Array, blocks: Array) -> tuple[Array, Array]:
     """Return R v and R M R^T for vectors (n, 3), symmetric M (n, 3, 3) and one R (3, 3)."""
-    half = (blocks.reshape(-1, 3) @ turn.T).reshape(-1, 3, 3)  # M R^T
-    return vectors @ turn.T, (half.transpose(0, 2, 1).reshape(-1, 3) @ turn.T).reshape(-1, 3, 3)
+    frame, turned, bent = block_at(turn, 0, 0), np.empty_like(vectors), np.empty_like(blocks)
+    for e in range(len(vectors)):
+        put_vector(turned[e], 0, matvec(frame, vector_at(vectors, e)))
+        half = matmul(frame, matrix_at(blocks, e))
+        put_matrix(bent[e], 0, 0, matmul(half, transpose(frame)))
+    return turned, bent
 
 
 @compiled
@@ -424,3 +429,16 @@ def around_axis(points: Array) -> tuple[Array, Array, Array]:
         put_vector(radial[e], 0, (x, y, 0.0))
         put_matrix(around[e], 0, 0, outer((-y, x, 0.0), (-y, x, 0.0)))
     return rho, radial, around
+
+
+@compiled
+def from_cone(points: Array, radius: float, slope: float) -> tuple[Array, Array, Array]:
+    """Return the distance (n,) from a cone about z, its gradient (n, 3) and Hessian (n, 3, 3)."""
+    gap, normals, bends = around_axis(points)
+    c = 1.0 / math.hypot(1.0, slope)
+    for e in range(len(points)):
+        bend = c / max(gap[e], 1e-9 * radius)
+        put_matrix(bends[e], 0, 0, matscale(bend, matrix_at(bends, e)))
+        gap[e] = c * (gap[e] - radius - slope * points[e, 2])
+        put_vector(normals[e], 0, (c * normals[e, 0], c * normals[e, 1], -c * slope))
+    return gap, normals, bends

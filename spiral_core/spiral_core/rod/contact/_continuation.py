@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from spiral_core.rod._algebra import (
     quaternion_at,
     quaternion_product,
     quaternions_between,
+    subtract,
     to_base,
     turn_between,
     turned,
@@ -147,6 +149,16 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
     return fraction
 
 
+@compiled
+def strays(start: Array, squares: Array, positions: Array) -> bool:
+    """Return whether a point (n, 3) is farther from its start than given by squares (n,)."""
+    for e in range(len(start)):
+        away = subtract(vector_at(positions, e), vector_at(start, e))
+        if dot(away, away) > squares[e]:
+            return True
+    return False
+
+
 def attempt(
     here: Point, arrays: Arrays, guess: Iterate | None = None, drag: float = 0.0
 ) -> tuple[Point, float]:
@@ -159,11 +171,7 @@ def attempt(
     resistance = Drag(drag, here.x, arrays.step) if drag else None
     newton = Newton(arrays, x, anchors, resistance)
     limits = (TOO_FAR * largest_moves(here)) ** 2
-
-    def too_far(positions: Array) -> bool:
-        return bool(np.any(np.sum((positions - here.x.p) ** 2, axis=1) > limits))
-
-    solution = newton.run(LARGEST_MOVE * arrays.length, too_far)
+    solution = newton.run(LARGEST_MOVE * arrays.length, partial(strays, here.x.p, limits))
     return Point(here.at, arrays, x, anchors, solution), moved_fraction(here, arrays, x.p)
 
 

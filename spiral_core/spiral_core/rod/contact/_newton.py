@@ -15,6 +15,7 @@ the iteration converges.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -509,7 +510,7 @@ class Newton:
         solution = self._pass()
         first = self._first_guess(solution)
         for passes in range(1, MAX_PASSES):
-            if not np.isfinite(solution.residual):
+            if not math.isfinite(solution.residual):
                 return replace(solution, outcome=NOT_FINITE, passes=passes)
             if self._settled(solution):
                 solution = self._certified(solution)
@@ -583,7 +584,7 @@ class Newton:
     def _sink(self, fraction: float, blocked: int, first: tuple[float, float, float]) -> int:
         """Set the barrier and slip of the next pass from how the last step went."""
         pairs = self.x.normal * self.x.slack * self.touchable
-        mean = float(np.sum(pairs)) / (len(pairs) * float(np.sum(self.touchable)))
+        mean = float(pairs.sum()) / (len(pairs) * float(self.touchable.sum()))
         law = self.law
         if blocked == 2:
             width = min(3.0 * first[0], 0.1 * self.arrays.length)
@@ -612,7 +613,7 @@ class Newton:
                 shifted = nodal._replace(tangent=nodal.tangent.copy())
                 shifted.tangent[:, diagonal, diagonal] += self.shift * self.mass
             pivot = eliminate(self.elements, shifted, self.bearing, law.coupled, self.step)
-            done = pivot > 0.0 or not np.isfinite(pivot) or (law.sharp and contacts)
+            done = pivot > 0.0 or not math.isfinite(pivot) or (law.sharp and contacts)
             if done or self.shift > 1e9 * unit:
                 break
             self.shift = max(10.0 * self.shift, 1e-2 * unit)
@@ -650,7 +651,7 @@ class Newton:
         for each in contacts:
             scales = (length, force, pair)
             worst.append(contact_residual(self.law, each, self.x, *scales))
-        return float(np.max(worst))
+        return math.nan if any(map(math.isnan, worst)) else max(worst)
 
     def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
         """Take as much of the step as rotations, moves and the barrier allow."""

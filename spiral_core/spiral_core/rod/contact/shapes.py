@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
-from spiral_core.rod._algebra import around_axis
+from spiral_core.rod._algebra import around_axis, from_cone
 from spiral_core.validation import require_finite, require_positive
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class Cylinder:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface."""
-        gap, normal, bend = Cone(self.radius, 0.0).distance(points)
+        gap, normal, bend = from_cone(points, self.radius, 0.0)
         return (-gap, -normal, -bend) if self.inside else (gap, normal, bend)
 
     @property
@@ -99,12 +99,7 @@ class Cone:
 
     def distance(self, points: Array) -> Distance:
         """Return the distance from the lateral surface."""
-        rho, radial, around = around_axis(points)
-        c = 1.0 / math.hypot(1.0, self.slope)
-        normal = c * radial
-        normal[:, 2] = -c * self.slope
-        bend = c * around / np.maximum(rho, 1e-9 * self.radius)[:, None, None]
-        return c * (rho - self.radius - self.slope * points[:, 2]), normal, bend
+        return from_cone(points, self.radius, self.slope)
 
     @property
     def feature_radius(self) -> float:
