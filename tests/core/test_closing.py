@@ -139,7 +139,8 @@ def test_a_grip_is_judged_where_the_tube_rests():
     held = moving.holding_force()
     assert held.force == pytest.approx(holding_force(rest).force)
     times = moving.time_to_touch, moving.time_to_wrap, moving.settling_time
-    recorded("closing/judged", [times, len(moving.frames), held.end, rest.regime])
+    # Impacts multiply what rounding leaves: the time of the wrap moves by a frame.
+    recorded("closing/judged", [times, len(moving.frames), held.end, rest.regime], within=0.02)
     cut = replace(moving, frames=moving.frames[:-1])  # as after an interrupt
     assert cut.time_to_wrap is None
     in_the_way, _ = laid(-0.09, -0.01, -1.0, radius=0.0387)

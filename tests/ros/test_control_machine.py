@@ -34,6 +34,7 @@ CLOCK_RESOLUTION = 1.0e-8
 USUAL_COURSES = """
 grasp; run 2.4
 grasp; run 0.3; cancel
+limit grasp_timeout=0.1; grasp; run 0.2
 limit radius_timeout=0.1; run 0.4 0.02; run 0.14
 limit radius_timeout=0.1 radius_timeout_policy=TimeoutPolicy.VENT; run 0.4 0.02; run 0.14
 limit radius_timeout=0.1 radius_timeout_policy=TimeoutPolicy.RAMP_DOWN; run 0.4 0.02; run 0.14
