@@ -13,6 +13,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
 from spiral_core import Capsule, Cone, Cylinder, Obstacle, Plane, Profile, SignedDistance, Sphere
+from spiral_core.rod.contact._contact import distances
 from spiral_core.rod.contact.obstacles import turns_about
 
 
@@ -70,6 +71,27 @@ def test_derivatives_are_those_of_the_distance(shape):
 def test_alike_shapes_are_as_far_away(one, other):
     for this, that in zip(one.distance(POINTS), other.distance(POINTS), strict=True):
         assert_allclose(this, that, atol=1e-7)
+
+
+class Floor:
+    """A plane whose user writes whole numbers."""
+
+    feature_radius = math.inf
+
+    def distance(self, points):
+        normal = np.tile((0, 0, 1), (len(points), 1))
+        return points[:, 2], normal, np.zeros((len(points), 3, 3), dtype=int)
+
+
+def test_whole_numbers_are_turned_as_others_are():
+    seen = [
+        distances(Obstacle.along(shape, (0.0, 0.0, 0.01), (0.3, 0.2, 0.9)), POINTS, 0.002)
+        for shape in (Floor(), Plane())
+    ]
+    for this, that in zip(*seen, strict=True):
+        assert_allclose(this, that, atol=1e-15)
+    whole = np.array([[1, 2, 3]])
+    assert_allclose(UPRIGHT.distance(whole)[1], UPRIGHT.distance(1.0 * whole)[1])
 
 
 @pytest.mark.parametrize(

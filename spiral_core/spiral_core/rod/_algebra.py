@@ -406,7 +406,7 @@ SKEWS = np.cross(np.eye(3), np.eye(3)[:, None])
 @compiled
 def in_space(turn: Array, vectors: Array, blocks: Array) -> tuple[Array, Array]:
     """Return R v and R M R^T for vectors (n, 3), symmetric M (n, 3, 3) and one R (3, 3)."""
-    frame, turned, bent = block_at(turn, 0, 0), np.empty_like(vectors), np.empty_like(blocks)
+    frame, turned, bent = block_at(turn, 0, 0), np.empty(vectors.shape), np.empty(blocks.shape)
     for e in range(len(vectors)):
         put_vector(turned[e], 0, matvec(frame, vector_at(vectors, e)))
         half = matmul(frame, matrix_at(blocks, e))
@@ -419,7 +419,7 @@ def around_axis(points: Array) -> tuple[Array, Array, Array]:
     """Return the distance (n,) from the z axis, e_rho (n, 3) and e_phi e_phi^T (n, 3, 3)."""
     rho, radial, around = (
         np.empty(len(points)),
-        np.empty_like(points),
+        np.empty(points.shape),
         np.empty((len(points), 3, 3)),
     )
     for e in range(len(points)):
