@@ -31,7 +31,7 @@ from spiral_core import (
     solve_grip,
 )
 from spiral_core.grip import window as windows
-from spiral_core.grip.grip import RangeEnd, refine
+from spiral_core.grip.grip import RangeEnd, recommended_grip, refine
 from spiral_core.grip.window import WindowEnd, follow_loss, sharp_onset
 from spiral_core.rod.state import RodEvent, RodPath
 from spiral_core.wrap.wrap import line_force
@@ -233,6 +233,22 @@ def test_what_is_said_to_be_carried_at_most_is_carried():
     # A payload is judged within the pressures looked at.
     low, high = 1.02 * onset, 1.04 * onset
     assert low <= solved(found, (Pull.DOWN,), [low, high]).recommended_pressure(1e-4) <= high
+
+
+@pytest.mark.parametrize("radius", [0.015, 0.0265])
+def test_the_pressure_for_a_payload_is_that_of_the_whole_grip(radius):
+    """Forces are computed from the middle outwards, up to the first that carries it."""
+    setup = lay_into_coil(gripper(), radius)
+    whole = solve_grip(setup, (Pull.DOWN,))
+    middle = whole.recommended_pressure()
+    ratio = np.interp(middle, whole.pressures, whole.payload_ratio(1.0)) / 2.0
+    pressures = [middle]
+    for payload in (0.9 * ratio, 1.2 * ratio, 1.6 * ratio, 5.0 * ratio):
+        found = said(lambda one=payload: recommended_grip(setup, one).pressure)
+        assert found == said(whole.recommended_pressure, payload)
+        pressures.append(found)
+    assert pressures[0] == pressures[1] < pressures[2] < pressures[3]
+    assert "no pressure holds" in pressures[4]
 
 
 def test_curling_does_not_hang_on_the_number_of_elements():

@@ -129,6 +129,25 @@ def test_along_gravity_nothing_is_known_where_one_of_both_ways_is_not(unknown, m
     assert isnan(holding_force(tilted, Pull.DOWN).force)
 
 
+def test_a_pull_ends_where_it_holds_enough():
+    """Its curve is the first part of the whole one; moved both ways, each holds enough."""
+    point, found = sliding()
+    leaning = point.setup.gripper.with_mount((5.0, 5.0, 0.0), None)
+    both = replace(point, setup=replace(point.setup, gripper=leaning))
+    for at, pull, whole in [
+        (point, Pull.AWAY, found[Pull.AWAY]),
+        (point, Pull.DOWN, found[Pull.DOWN]),
+        (both, Pull.DOWN, holding_force(both, Pull.DOWN)),
+    ]:
+        for part in (1e-9, 0.2, 0.7, 1.01):
+            held = holding_force(at, pull, part * whole.force)
+            assert (held.end is PullEnd.ENOUGH) == held.is_lower_bound == (part < 1.0)
+            assert min(part, 1.0) * whole.force <= held.force <= whole.force
+            if at is point:
+                assert_allclose(held.forces, whole.forces[: len(held.forces)], 1e-12)
+                assert (len(held.forces) < len(whole.forces)) == (part < 1.0)
+
+
 def test_within_a_diameter_less_is_held_than_at_a_late_peak():
     forces, ways = np.array((0.0, 0.3, 0.2, 0.5)), np.array((0.0, 0.01, 0.02, 0.03))
     held = HoldingForce(Pull.TOWARDS, 0.5, 0.03, 30.0, ways, forces, PullEnd.SLIPPED)

@@ -21,7 +21,7 @@ import numpy as np
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, NotGrippableError, SolverError
-from spiral_core.grip.holding import HoldingForce, Pull, holding_force
+from spiral_core.grip.holding import ROUNDING, HoldingForce, Pull, holding_force
 from spiral_core.grip.places import FARTHEST_SHIFT
 from spiral_core.grip.setup import GripSetup, hanging_tube
 from spiral_core.grip.window import GripPoint, raised
@@ -74,7 +74,8 @@ class MisplacedGrip:
         pressure: at which closing ends [Pa].
         status: of the last state that was looked for, a RodStatus.
         point: the grip there; None where closing did not begin or could not be followed.
-        held: along gravity with a payload, else away from the base; None where nothing is wrapped.
+        held: along gravity with a payload, else away from the base, no further than to what is
+            enough; None where nothing is wrapped.
     """
 
     outcome: CaptureOutcome
@@ -127,8 +128,8 @@ def close_misplaced(
         return MisplacedGrip(CaptureOutcome.NOT_ANSWERED, pressure, status)
     if not point.is_wrapped:
         return MisplacedGrip(CaptureOutcome.PASSES_BY, pressure, point.state.status, point)
-    held = holding_force(point, Pull.AWAY if payload is None else Pull.DOWN)
-    enough = held.force > 0.0 if payload is None else held.force >= weight
+    held = holding_force(point, Pull.AWAY if payload is None else Pull.DOWN, weight)
+    enough = held.force >= weight
     outcome = CaptureOutcome.HOLDS if enough else CaptureOutcome.TOO_WEAK
     if not enough and (held.is_lower_bound or math.isnan(held.force)):
         outcome = CaptureOutcome.NOT_ANSWERED
@@ -136,12 +137,12 @@ def close_misplaced(
 
 
 def _weight(setup: GripSetup, pressure: float, payload: float | None) -> float:
-    """Return the weight to hold [N]; check what a misplaced object is closed on with."""
+    """Return the force that is enough [N]; check what a misplaced object is closed on with."""
     require_kind("obstacle", setup.obstacle.shape, Cylinder)
     limit = setup.gripper.pressure_max
     require_in_range("pressure", require_positive("pressure", pressure), 0.0, limit, "Pa")
     if payload is None:
-        return 0.0
+        return ROUNDING
     weight = setup.weight_of(payload)
     if not weight > 0.0:
         raise InvalidInputError("payload", payload, "none without gravity", "kg")

@@ -297,8 +297,7 @@ def solve_grip(
     if pressures is not None and not all(b > a for a, b in pairwise(pressures)):
         raise InvalidInputError("pressures", tuple(pressures), "increasing", "Pa")
     if pressures is None:
-        low = BELOW_WRAP * window.onset_wrap
-        pressures = np.linspace(low, window.top, FORCE_PRESSURES).tolist()
+        pressures = _force_pressures(window)
     points: list[GripPoint] = []
     forces: dict[Pull, list[HoldingForce]] = {pull: [] for pull in pulls}
     for number, pressure in enumerate(pressures):
@@ -315,8 +314,8 @@ def recommended_grip(
 ) -> GripPoint:
     """Return the grip at its recommended pressure, see :meth:`Grip.recommended_pressure`.
 
-    Holding forces are computed only with a payload [kg], at ten pressures only if it is not carried
-    at the middle of the recommended ones.
+    Holding forces are computed only with a payload [kg]: at the middle of the recommended ones, and
+    from there outwards up to the first that carries it.
 
     Raises:
         InvalidInputError: the payload is not positive.
@@ -324,13 +323,34 @@ def recommended_grip(
         SolverError: a state could not be certified.
     """
     window = solve_grip(setup, (), pressures=(), progress=progress).window
-    point = window.at(Grip(window, (), {}).recommended_pressure())
+    middle = window.at(Grip(window, (), {}).recommended_pressure())
     if payload is None:
-        return point
-    if holding_force(point, Pull.DOWN).force >= PAYLOAD_SAFETY * setup.weight_of(payload):
-        return point
-    grip = solve_grip(setup, (Pull.DOWN,), window=window, progress=progress)
-    return window.at(grip.recommended_pressure(payload))
+        return middle
+    weight = PAYLOAD_SAFETY * setup.weight_of(payload)
+    held = holding_force(middle, Pull.DOWN, weight)
+    if held.force >= weight:
+        return middle
+    low, end = Grip(window, (), {}).carrying_range
+    found = [(middle, held)]
+    others = [each for each in _force_pressures(window) if each != middle.pressure]
+    outwards = sorted(others, key=lambda each: abs(each - middle.pressure))
+    for number, pressure in enumerate(outwards, start=1):
+        point = window.at(pressure)
+        held = holding_force(point, Pull.DOWN)
+        found.append((point, held))
+        if progress is not None:
+            progress(number, len(outwards))
+        if held.force >= weight and low <= pressure <= end:
+            break
+    points, forces = zip(*sorted(found, key=lambda each: each[0].pressure), strict=True)
+    return window.at(Grip(window, points, {Pull.DOWN: forces}).recommended_pressure(payload))
+
+
+def _force_pressures(window: GripWindow) -> list[float]:
+    """Return the pressures at which forces are looked for, if no others are given (n,) [Pa]."""
+    low = BELOW_WRAP * (window.onset_wrap or 0.0)
+    pressures: list[float] = np.linspace(low, window.top, FORCE_PRESSURES).tolist()
+    return pressures
 
 
 @dataclass(frozen=True, slots=True)

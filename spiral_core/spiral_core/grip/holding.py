@@ -56,10 +56,11 @@ class PullEnd(Enum):
     SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
     NOT_FOLLOWED = "the tube finds no rest that could be certified"
     STEP_LIMIT = "the peak was not passed within the steps tried"
+    ENOUGH = "it holds as much as was asked for"
 
 
 # Ends that say nothing of what the object would still have taken.
-OPEN_ENDS = (PullEnd.SELF_CONTACT, PullEnd.NOT_FOLLOWED, PullEnd.STEP_LIMIT)
+OPEN_ENDS = (PullEnd.SELF_CONTACT, PullEnd.NOT_FOLLOWED, PullEnd.STEP_LIMIT, PullEnd.ENOUGH)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -120,7 +121,9 @@ def is_twist(pull: Pull) -> bool:
     return pull in (Pull.TWIST_LEFT, Pull.TWIST_RIGHT)
 
 
-def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
+def holding_force(
+    point: GripPoint, pull: Pull = Pull.AWAY, enough: float = math.inf
+) -> HoldingForce:
     """Return what holds an object against being moved one way, with friction.
 
     The object is moved in small steps at fixed pressure without turning, or turned about its own
@@ -134,34 +137,37 @@ def holding_force(point: GripPoint, pull: Pull = Pull.AWAY) -> HoldingForce:
     Args:
         point: the grip at its pressure.
         pull: where the object is moved to.
+        enough: force [N], of a twist torque [N m], at which the pull may end.
 
     Raises:
         InvalidInputError: ``Pull.DOWN`` without gravity.
     """
-    return holding_forces(point, (pull,))[pull]
+    return _down(point, {}, enough) if pull is Pull.DOWN else _pulled(point, pull, enough)
 
 
 def holding_forces(point: GripPoint, pulls: Sequence[Pull]) -> dict[Pull, HoldingForce]:
     """Return what :func:`holding_force` returns for each of several pulls."""
     found: dict[Pull, HoldingForce] = {}
-    for pull in pulls:
-        if pull is not Pull.DOWN:
-            found[pull] = _pulled(point, pull)
+    found |= {pull: _pulled(point, pull) for pull in pulls if pull is not Pull.DOWN}
     if Pull.DOWN in pulls:
         found[Pull.DOWN] = _down(point, found)
     return {pull: found[pull] for pull in pulls}
 
 
-def _down(point: GripPoint, found: Mapping[Pull, HoldingForce]) -> HoldingForce:
+def _down(
+    point: GripPoint, found: Mapping[Pull, HoldingForce], enough: float = math.inf
+) -> HoldingForce:
     """Return what holds along gravity, at most the weight that would slide along the object."""
     along = float(pull_direction(point, Pull.DOWN) @ pull_direction(point, Pull.AWAY))
-    if abs(along) < LEAST_SHARE:
-        return _pulled(point, Pull.DOWN)
+    share = abs(along)
+    if share < LEAST_SHARE:
+        return _pulled(point, Pull.DOWN, enough)
     way = Pull.AWAY if along > 0.0 else Pull.TOWARDS
-    sliding = _as_weight(found[way] if way in found else _pulled(point, way), abs(along))
-    if abs(along) >= MOSTLY_ALONG:
+    axial = found[way] if way in found else _pulled(point, way, enough * share)
+    sliding = _as_weight(axial, share)
+    if share >= MOSTLY_ALONG:
         return sliding
-    straight = _pulled(point, Pull.DOWN)
+    straight = _pulled(point, Pull.DOWN, enough)
     # A force that is not known may be the smaller one.
     return min(sliding, straight, key=lambda held: np.nan_to_num(held.force, nan=-math.inf))
 
@@ -182,8 +188,8 @@ def _as_weight(axial: HoldingForce, share: float) -> HoldingForce:
     )
 
 
-def _pulled(point: GripPoint, pull: Pull) -> HoldingForce:
-    """Return the result of one pull."""
+def _pulled(point: GripPoint, pull: Pull, enough: float = math.inf) -> HoldingForce:
+    """Return the result of one pull, to its peak or to where it holds enough."""
     setup = point.setup
     direction = pull_direction(point, pull)
     turning = is_twist(pull)
@@ -216,7 +222,10 @@ def _pulled(point: GripPoint, pull: Pull) -> HoldingForce:
         if _slips([force for _, force in curve]):
             end = PullEnd.SLIPPED
             break
-    known = count > 1 or end not in OPEN_ENDS
+        if curve[-1][1] >= enough:
+            end = PullEnd.ENOUGH
+            break
+    known = count > 1 or end not in OPEN_ENDS or end is PullEnd.ENOUGH
     return _result(pull, curve, end, known)
 
 
