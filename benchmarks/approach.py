@@ -6,8 +6,9 @@ closes it in random base poses as well: any orientation, the object in the free 
 radius beside it. A random pose beats the search if it holds with over 10 % more force and has a
 larger region of capture than the best approach; only those that may hold so much, by few elements,
 are judged by their region, and wholly only where they hold at the next larger errors of the pose.
-Answers are kept in ``benchmarks/results/approach.jsonl`` as they come: a run that was interrupted
-goes on; delete the file to begin anew.
+Answers are kept in ``benchmarks/results/approach.jsonl`` as they come, first the forces of the
+random poses, then how they compare: a run that was interrupted goes on; delete the file, or its
+lines of the second kind, to begin anew.
 """
 
 from __future__ import annotations
@@ -15,8 +16,11 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from collections import Counter
+from concurrent.futures import Executor
 from contextlib import suppress
 from functools import partial
+from typing import Any, TextIO
 
 import numpy as np
 from rich.progress import track
@@ -33,10 +37,9 @@ from spiral_core.grip.approach import (
     BasePose,
     Search,
     Trial,
+    coarse_grip,
     gripped,
     holds_shifted,
-    judge,
-    screen,
 )
 from spiral_core.grip.holding import Pull, holding_force
 from spiral_gripper import load_gripper
@@ -70,42 +73,41 @@ def random_pose(task: ApproachTask, rng: np.random.Generator) -> BasePose:
     return BasePose(gravity, axis, place)
 
 
-def contend(task: ApproachTask, force: float, size: float, pose: BasePose) -> Trial:
-    """Return what a pose does: refused where it holds less, or no larger errors than a size [m]."""
+def coarse_force(task: ApproachTask, pose: BasePose) -> float | None:
+    """Return with what force a pose holds, on few elements [N]; None where it does not grip."""
+    found = coarse_grip(task, pose)
+    return None if isinstance(found, Trial) else holding_force(found, Pull.DOWN).force
+
+
+def contend(task: ApproachTask, force: float, size: float, pose: BasePose) -> bool:
+    """Return whether a pose holds more than a force [N], and larger errors than a size [m]."""
     larger = [error for error in ERRORS if 1e-3 * error > size]
     with suppress(*REFUSALS):
         point = gripped(task, pose)
-        more = holding_force(point, Pull.DOWN).force > force
-        if more and (size < 0.0 or (larger and holds_shifted(task, point, larger[0]))):
-            return judge(task, pose)
-    return Trial("weaker")
+        more = holding_force(point, Pull.DOWN, force).force > force
+        return more and (size < 0.0 or holds_shifted(point, larger[0], task.payload))
+    return False
 
 
-def answer(index: int, count: int) -> dict[str, object]:
-    """Return what search and chance find for an object."""
-    task, rng = task_of(index), np.random.default_rng((SEED, index, 1))
-    poses = [random_pose(task, rng) for _ in range(count)]
-    with process_pool(core_count()) as executor:
-        search = Search(task, executor)
-        judged = search.judged(search.screened(coarse=False), coarse=False)
-        searched = [each for each in judged.values() if not each.refusal]
-        best = max(searched, key=lambda each: each.score, default=None)
-        tried = list(executor.map(screen, [task] * count, poses))
-        force, size = (0.0, -1.0) if best is None else (MORE_FORCE * best.force, best.size + 1e-9)
-        strong = [
-            pose
-            for pose, trial in zip(poses, tried, strict=True)
-            if not trial.refusal and trial.force >= SCREENED * force
-        ]
-        chance = list(executor.map(partial(contend, task, force, size), strong))
-    better = [t for t in chance if not t.refusal and t.force > force and t.size > size]
-    return {
-        "object": index,
-        "poses": count,
-        "search": best is not None,
-        "random": sum(not each.refusal for each in tried),
-        "better": len(better),
-    }
+def compare(
+    task: ApproachTask, poses: list[BasePose], forces: list[float | None], executor: Executor
+) -> dict[str, float | int | None]:
+    """Return the best of a search, and the number of random poses that are better."""
+    search = Search(task, executor)
+    judged = search.judged(search.screened(coarse=False), coarse=False)
+    searched = [each for each in judged.values() if not each.refusal]
+    best = max(searched, key=lambda each: each.score, default=None)
+    force, size = (0.0, -1.0) if best is None else (MORE_FORCE * best.force, best.size + 1e-9)
+    strong = [
+        pose
+        for pose, coarse in zip(poses, forces, strict=True)
+        if coarse is not None and coarse >= SCREENED * force
+    ]
+    found = None if best is None else best.size
+    if 1e3 * size > ERRORS[-1]:  # no error is larger
+        return {"size": found, "better": 0}
+    better = executor.map(partial(contend, task, force, size), strong)
+    return {"size": found, "better": sum(better)}
 
 
 def main() -> None:
@@ -114,25 +116,44 @@ def main() -> None:
     parser.add_argument("--objects", type=int, default=OBJECTS)
     parser.add_argument("--poses", type=int, default=POSES, help="random ones of each")
     given = parser.parse_args()
-    lines = KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else []
-    kept_answers = map(json.loads, lines)
-    found = {each["object"]: each for each in kept_answers if each["poses"] == given.poses}
-    with KEPT.open("a", encoding="utf-8") as kept:
-        for index in track(range(given.objects), "approaching"):
-            if index not in found:
-                found[index] = answer(index, given.poses)
-                kept.write(json.dumps(found[index]) + "\n")
-                kept.flush()
-    some = [found[index] for index in range(given.objects)]
+    found: dict[int, dict[str, Any]] = {index: {} for index in range(given.objects)}
+    for line in KEPT.read_text(encoding="utf-8").splitlines() if KEPT.exists() else ():
+        kept = json.loads(line)
+        if kept["poses"] == given.poses and kept["object"] in found:
+            found[kept["object"]] |= kept
+    with KEPT.open("a", encoding="utf-8") as file, process_pool(core_count()) as executor:
+        for index, own in track(found.items(), "approaching"):
+            task, rng = task_of(index), np.random.default_rng((SEED, index, 1))
+            poses = [random_pose(task, rng) for _ in range(given.poses)]
+            if "forces" not in own:
+                own["forces"] = list(executor.map(partial(coarse_force, task), poses))
+                keep(file, {"object": index, "poses": given.poses, "forces": own["forces"]})
+            if "better" not in own:
+                answer = compare(task, poses, own["forces"], executor)
+                keep(file, {"object": index, "poses": given.poses, **answer})
+                own.update(answer)
+    some = list(found.values())
+    gripping = [sum(force is not None for force in each["forces"]) for each in some]
+    sizes = Counter(each["size"] for each in some if each["size"] is not None)
     rows = (
         ("objects", str(len(some))),
         ("random poses of each", str(given.poses)),
-        ("objects that the search grips", str(sum(each["search"] for each in some))),
-        ("objects that a random pose grips", str(sum(each["random"] > 0 for each in some))),
-        ("random poses that grip", str(sum(each["random"] for each in some))),
+        ("objects that the search grips", str(sizes.total())),
+        *(
+            (f"of these, best region {1e3 * size:.0f} mm", str(sizes[size]))
+            for size in sorted(sizes)
+        ),
+        ("objects that a random pose grips", str(sum(count > 0 for count in gripping))),
+        ("random poses that grip", str(sum(gripping))),
         ("objects with a better random pose", str(sum(each["better"] > 0 for each in some))),
+        ("better random poses", str(sum(each["better"] for each in some))),
     )
     show(Table("Approaches: search and chance", ("what", "count"), rows), wide_console())
+
+
+def keep(file: TextIO, answer: dict[str, Any]) -> None:
+    """Write an answer."""
+    print(json.dumps(answer), file=file, flush=True)
 
 
 if __name__ == "__main__":

@@ -22,8 +22,11 @@ from spiral_core.grip.approach import (
     approach_setup,
     base_rotation,
     candidate_poses,
+    coarse_grip,
+    screen,
+    screen_shifted,
 )
-from spiral_core.grip.capture import CaptureOutcome
+from spiral_core.grip.capture import CaptureOutcome, close_misplaced
 from spiral_core.grip.window import GripPoint
 
 pytestmark = pytest.mark.long
@@ -72,7 +75,9 @@ def test_a_search_is_recorded_by_rules_in_place_of_grips(tilt, monkeypatch):
 
     def screen(_, pose):
         force = 1.0 + np.dot(pose.gravity, (0.3, 1.0, 0.2)) + 20.0 * pose.shift[0]
-        return Trial("", force=float(force)) if force > 1.5 else Trial("weak", 1.5 - force)
+        size = 6e-3 if pose.gravity[1] < 0.4 else 0.0
+        grips = Trial("", force=float(force), size=size)
+        return grips if force > 1.5 else Trial("weak", 1.5 - force)
 
     def close(pose, pressure, off, payload, elements):
         closed.append((*off / approach.UNIT_ERRORS, pressure, payload, elements))
@@ -83,10 +88,15 @@ def test_a_search_is_recorded_by_rules_in_place_of_grips(tilt, monkeypatch):
         keep((0.0,) * 5, CaptureOutcome.HOLDS)
         return SimpleNamespace(semi_axes=np.array((3e-3, 2e-3, 0.02, 0.03, 1e-5 + len(known))))
 
-    for rule, name in ((screen, "screen"), (close, "close_misplaced"), (region, "capture_region")):
+    for rule, name in (
+        (screen, "screen_shifted"),
+        (close, "close_misplaced"),
+        (region, "capture_region"),
+    ):
         monkeypatch.setattr(approach, name, rule)
     monkeypatch.setattr(approach, "gripped", lambda _, pose: GripPoint(7e4, pose, None))
     monkeypatch.setattr(approach, "holding_force", lambda at, _: screen(None, at.setup))
+    monkeypatch.setattr(approach, "JUDGED", 9)
     task = replace(UPRIGHT, tilt_max=radians(tilt))
     given = {"keep": kept.__setitem__, "progress": lambda *step: steps.append(step)}
     found, count = find_approaches(task, **given), len(kept)
@@ -96,6 +106,22 @@ def test_a_search_is_recorded_by_rules_in_place_of_grips(tilt, monkeypatch):
     recorded(f"approach/{tilt}", [best, found.nearest, said, closed[::40], steps[::50]])
     again = find_approaches(task, known=kept, **given)
     assert (len(kept), again.tried) == (count, found.tried)
+
+
+def test_a_first_error_of_each_kind_and_sense_tells_poses_apart():
+    """6 mm and 6 degrees: of two poses that hold, one does so with each of them alone."""
+    sizes = []
+    for task, pose in (UPRIGHT, HANGING), (LEANING, candidate_poses(LEANING, 1)[0]):
+        point = coarse_grip(task, pose)
+        off = np.diag((6e-3, 6e-3, radians(6.0), radians(6.0), 0.0))[:4]
+        ends = [
+            close_misplaced(point.setup, point.pressure, one).outcome is CaptureOutcome.HOLDS
+            for one in (*off, *-off)
+        ]
+        found = screen_shifted(task, pose)
+        assert found == replace(screen(task, pose), size=6e-3 if all(ends) else 0.0)
+        sizes.append(found.size)
+    assert sizes == [6e-3, 0.0]
 
 
 def test_a_coarse_search_finds_poses_that_hold(monkeypatch):

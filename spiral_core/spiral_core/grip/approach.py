@@ -53,12 +53,14 @@ LEAST_ANGLE, REPORTED = math.radians(20.0), 3
 # each: turned [rad] and shifted by up to these parts of a box.
 NEAREST, AROUND, PARTS = 4, 10, (1.0, 0.5, 0.25)
 LARGEST_TURN = math.radians(25.0)
-# Of the strongest so many distinct ones are judged by their region of capture, then so many around
-# each of the best, in this part of the box.
-JUDGED, VARIED, VARIED_PART = 16, 4, 0.25
+# Of the best so many distinct ones are judged by their region of capture.
+JUDGED = 16
 # They are judged by errors of the pose in each direction alone: multiples of a millimeter and a
-# degree. Regions that differ by less than half a millimeter are equal [m].
-ERRORS = (2.0, 4.0, 6.0, 9.0, 13.0)
+# degree; on the way there by one of them. Regions that differ by less than half a millimeter are
+# equal [m].
+ERRORS, FIRST_ERROR = (2.0, 4.0, 6.0, 9.0, 13.0), 6.0
+# Components of an error and their senses; those in which a grip is lost most often come first.
+WAYS = ((3, 1), (0, -1), (2, 1), (2, -1), (3, -1), (0, 1), (1, -1), (1, 1))
 UNIT_ERRORS = np.array((1e-3, 1e-3, math.radians(1.0), math.radians(1.0), 1e-3))
 EQUAL_REGIONS = 0.5e-3
 
@@ -146,8 +148,8 @@ class Trial:
         missing: how far it stays from the wrap (:func:`missing_to_wrap`).
         pressure: recommended [Pa].
         force: that holds the object against gravity [N].
-        size: of the region of capture [m]: largest root of the sum of squares of the errors of the
-            pose, two shifts and two tilts, a degree counted as a millimeter.
+        size: of the region of capture [m], as far as known: largest root of the sum of squares of
+            the errors of the pose, two shifts and two tilts, a degree counted as a millimeter.
 
     Raises:
         InvalidInputError: a value is not finite; ``missing`` may be infinite.
@@ -210,7 +212,7 @@ class ApproachAnswer:
     Args:
         task: what was asked.
         approaches: the best first, each more than 20 degrees from the others; at most three.
-        tried: what each pose was found to do, on few elements; the strongest on the usual ones.
+        tried: what each pose was found to do, on few elements; the best on the usual ones.
     """
 
     task: ApproachTask
@@ -324,8 +326,8 @@ def _turns(axis: Array, count: int) -> Rotation:
     return Rotation.from_rotvec(2.0 * math.pi * np.arange(count)[:, None] / count * axis)
 
 
-def screen(task: ApproachTask, pose: BasePose) -> Trial:
-    """Return whether a pose grips, and with what force, on few elements."""
+def coarse_grip(task: ApproachTask, pose: BasePose) -> GripPoint | Trial:
+    """Return the grip of a pose on few elements, without payload, or why there is none."""
     try:
         setup = approach_setup(task, pose, SCREEN_ELEMENTS)
         pressures = np.array(SCREEN_PRESSURES) * (setup.tip_pressure or 0.0)
@@ -333,10 +335,24 @@ def screen(task: ApproachTask, pose: BasePose) -> Trial:
         if window.onset_wrap is None:
             passed = WindowEnd.PASSED_BY if window.end is WindowEnd.LIMIT else window.end
             return Trial(passed.value, missing_to_wrap(window))
-        pressure = Grip(window, (), {}).recommended_pressure()
-        return Trial("", 0.0, pressure, _force(window.at(pressure)))
+        return window.at(Grip(window, (), {}).recommended_pressure())
     except REFUSALS as error:
         return Trial(_reason(error))
+
+
+def screen(task: ApproachTask, pose: BasePose) -> Trial:
+    """Return whether a pose grips, and with what force, on few elements."""
+    found = coarse_grip(task, pose)
+    return found if isinstance(found, Trial) else Trial("", 0.0, found.pressure, _force(found))
+
+
+def screen_shifted(task: ApproachTask, pose: BasePose) -> Trial:
+    """Return what :func:`screen` does, and whether the pose holds with a first error."""
+    found = coarse_grip(task, pose)
+    if isinstance(found, Trial):
+        return found
+    size = FIRST_ERROR if holds_shifted(found, FIRST_ERROR) else 0.0
+    return Trial("", 0.0, found.pressure, _force(found), 1e-3 * size)
 
 
 def judge(task: ApproachTask, pose: BasePose) -> Trial:
@@ -348,16 +364,15 @@ def judge(task: ApproachTask, pose: BasePose) -> Trial:
         point = gripped(task, pose)
     except REFUSALS as error:  # of a pose that wraps on few elements
         return Trial(_reason(error), 0.0)
-    held = bisect_left(ERRORS, True, key=lambda size: not holds_shifted(task, point, size))
+    held = bisect_left(ERRORS, True, key=lambda size: not holds_shifted(point, size, task.payload))
     return Trial("", 0.0, point.pressure, _force(point), 1e-3 * (0.0, *ERRORS)[held])
 
 
-def holds_shifted(task: ApproachTask, point: GripPoint, size: float) -> bool:
+def holds_shifted(point: GripPoint, size: float, payload: float | None = None) -> bool:
     """Return whether a grip holds with each error of the pose alone, millimeters and degrees."""
-    ways = np.vstack((np.eye(5)[:4], -np.eye(5)[:4]))
     closings = (
-        close_misplaced(point.setup, point.pressure, off, task.payload, SCREEN_ELEMENTS)
-        for off in size * UNIT_ERRORS * ways
+        close_misplaced(point.setup, point.pressure, off, payload, SCREEN_ELEMENTS)
+        for off in (sense * size * np.diag(UNIT_ERRORS)[way] for way, sense in WAYS)
     )
     return all(closed.outcome is CaptureOutcome.HOLDS for closed in closings)
 
@@ -389,10 +404,11 @@ def find_approaches(
 ) -> ApproachAnswer:
     """Return the base poses that grip an object best.
 
-    Poses spread over all orientations within the limit are closed on few elements. If hardly any
-    grips, others follow around those that come nearest, turned and shifted. Of the strongest that
-    differ the region of capture is estimated, then of some around the best; the three best of all
-    get their whole region.
+    Poses spread over all orientations within the limit are closed on few elements, also with a
+    first error of the pose. If hardly any grips, others follow around those that come nearest,
+    turned and shifted. Of those that differ the size of the region of capture is estimated, first
+    of those that hold with the error, then of the strongest; the three best of all get their whole
+    region.
 
     Args:
         task: the object in the world, and the limit of the arm.
@@ -459,26 +475,20 @@ class Search:
     def screened(self, *, coarse: bool) -> dict[BasePose, Trial]:
         """Return what poses do on few elements: spread out, then around the nearest."""
         task = self.task
-        tried = self.solve(
-            screen, candidate_poses(task, COARSE_DIRECTIONS if coarse else DIRECTIONS)
-        )
+        stage, directions = (screen, COARSE_DIRECTIONS) if coarse else (screen_shifted, DIRECTIONS)
+        tried = self.solve(stage, candidate_poses(task, directions))
         for part in PARTS[: 1 if coarse else None]:
             if not any(tried[pose].refusal for pose in distinct(task, tried, REPORTED)):
                 break
-            tried |= self.around(screen, distinct(task, tried, NEAREST), AROUND, part)
+            tried |= self.solve(stage, self.around(distinct(task, tried, NEAREST), part))
         return tried
 
     def judged(self, tried: Mapping[BasePose, Trial], *, coarse: bool) -> dict[BasePose, Trial]:
-        """Return the poses that grip; unless coarse the strongest with their regions' size.
-
-        Then some around the best of them.
-        """
+        """Return the poses that grip; unless coarse the best, with their regions' size."""
         gripping = {pose: trial for pose, trial in tried.items() if not trial.refusal}
         if coarse:
             return gripping
-        best = self.solve(judge, distinct(self.task, gripping, JUDGED))
-        best |= self.around(judge, distinct(self.task, best, REPORTED), VARIED, VARIED_PART)
-        return best
+        return self.solve(judge, distinct(self.task, gripping, JUDGED))
 
     def solve(self, stage: Stage, poses: Sequence[BasePose]) -> dict[BasePose, Trial]:
         """Return what poses do."""
@@ -488,21 +498,15 @@ class Search:
         resume(task, items, self.known, self.keep, self.executor, self.progress)
         return {pose: self.known[key] for pose, key in keys.items()}
 
-    def around(
-        self,
-        stage: Stage,
-        poses: Sequence[BasePose],
-        count: int,
-        part: float,
-    ) -> dict[BasePose, Trial]:
-        """Return what others do around poses, turned and shifted by up to a part of the box."""
+    def around(self, poses: Sequence[BasePose], part: float) -> list[BasePose]:
+        """Return others around poses, turned and shifted by up to a part of the box."""
         reach = FARTHEST_SHIFT * (self.task.radius + self.task.gripper.tube.outer_radius)
         others = []
-        for pose, step in product(poses, part * evenly(count, 6)):
+        for pose, step in product(poses, part * evenly(AROUND, 6)):
             turn = Rotation.from_rotvec(LARGEST_TURN * step[:3])
             gravity, axis = (vector_of(turn.apply(each)) for each in (pose.gravity, pose.axis))
             others.append(BasePose(gravity, axis, vector_of(pose.shift + reach * step[3:])))
-        return self.solve(stage, [each for each in others if tilt_of(each) <= self.task.tilt_max])
+        return [each for each in others if tilt_of(each) <= self.task.tilt_max]
 
     def with_region(self, approach: Approach) -> Approach:
         """Return an approach with its region of capture, and the size of that."""
