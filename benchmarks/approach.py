@@ -5,7 +5,7 @@
 closes it in random base poses as well: any orientation, the object in the free coil or up to half a
 radius beside it. A random pose beats the search if it holds with over 10 % more force and has a
 larger region of capture than the best approach; only those that may hold so much, by few elements,
-are judged by their region, and wholly only where they hold at the next larger errors of the pose.
+are judged by their region: by the errors of the pose next larger than those of the best approach.
 Answers are kept in ``benchmarks/results/approach.jsonl`` as they come, first the forces of the
 random poses, then how they compare: a run that was interrupted goes on; delete the file, or its
 lines of the second kind, to begin anew.

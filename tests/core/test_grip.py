@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from functools import cache
 from math import inf, nan, pi, sqrt
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ from spiral_core import (
     lay_into_coil,
     solve_grip,
 )
+from spiral_core.grip import grip as grips
 from spiral_core.grip import window as windows
 from spiral_core.grip.grip import RangeEnd, recommended_grip, refine
 from spiral_core.grip.window import WindowEnd, follow_loss, sharp_onset
@@ -236,19 +238,24 @@ def test_what_is_said_to_be_carried_at_most_is_carried():
 
 
 @pytest.mark.parametrize("radius", [0.015, 0.0265])
-def test_the_pressure_for_a_payload_is_that_of_the_whole_grip(radius):
+def test_the_pressure_for_a_payload_is_that_of_the_whole_grip(radius, monkeypatch):
     """Forces are computed from the middle outwards, up to the first that carries it."""
     setup = lay_into_coil(gripper(), radius)
     whole = solve_grip(setup, (Pull.DOWN,))
     middle = whole.recommended_pressure()
     ratio = np.interp(middle, whole.pressures, whole.payload_ratio(1.0)) / 2.0
-    pressures = [middle]
+    asked = Mock(wraps=holding_force)
+    monkeypatch.setattr(grips, "holding_force", asked)
+    pressures, forces = [middle], []
     for payload in (0.9 * ratio, 1.2 * ratio, 1.6 * ratio, 5.0 * ratio):
+        asked.reset_mock()
         found = said(lambda one=payload: recommended_grip(setup, one).pressure)
+        forces.append(asked.call_count)
         assert found == said(whole.recommended_pressure, payload)
         pressures.append(found)
     assert pressures[0] == pressures[1] < pressures[2] < pressures[3]
     assert "no pressure holds" in pressures[4]
+    assert forces[0] == 1 < forces[1] < 10 < forces[3]
 
 
 def test_curling_does_not_hang_on_the_number_of_elements():

@@ -146,6 +146,9 @@ def test_a_pull_ends_where_it_holds_enough():
             if at is point:
                 assert_allclose(held.forces, whole.forces[: len(held.forces)], 1e-12)
                 assert (len(held.forces) < len(whole.forces)) == (part < 1.0)
+    for enough in (nan, -0.1):
+        with pytest.raises(InvalidInputError, match="enough"):
+            holding_force(point, Pull.AWAY, enough)
 
 
 def test_within_a_diameter_less_is_held_than_at_a_late_peak():

@@ -343,7 +343,7 @@ def coarse_grip(task: ApproachTask, pose: BasePose) -> GripPoint | Trial:
 def screen(task: ApproachTask, pose: BasePose) -> Trial:
     """Return whether a pose grips, and with what force, on few elements."""
     found = coarse_grip(task, pose)
-    return found if isinstance(found, Trial) else Trial("", 0.0, found.pressure, _force(found))
+    return found if isinstance(found, Trial) else _held(found)
 
 
 def screen_shifted(task: ApproachTask, pose: BasePose) -> Trial:
@@ -351,8 +351,7 @@ def screen_shifted(task: ApproachTask, pose: BasePose) -> Trial:
     found = coarse_grip(task, pose)
     if isinstance(found, Trial):
         return found
-    size = FIRST_ERROR if holds_shifted(found, FIRST_ERROR) else 0.0
-    return Trial("", 0.0, found.pressure, _force(found), 1e-3 * size)
+    return _held(found, FIRST_ERROR if holds_shifted(found, FIRST_ERROR) else 0.0)
 
 
 def judge(task: ApproachTask, pose: BasePose) -> Trial:
@@ -365,7 +364,7 @@ def judge(task: ApproachTask, pose: BasePose) -> Trial:
     except REFUSALS as error:  # of a pose that wraps on few elements
         return Trial(_reason(error), 0.0)
     held = bisect_left(ERRORS, True, key=lambda size: not holds_shifted(point, size, task.payload))
-    return Trial("", 0.0, point.pressure, _force(point), 1e-3 * (0.0, *ERRORS)[held])
+    return _held(point, (0.0, *ERRORS)[held])
 
 
 def holds_shifted(point: GripPoint, size: float, payload: float | None = None) -> bool:
@@ -382,10 +381,13 @@ def gripped(task: ApproachTask, pose: BasePose) -> GripPoint:
     return recommended_grip(approach_setup(task, pose), task.payload)
 
 
-def _force(point: GripPoint) -> float:
-    """Return the force that holds the object against gravity [N]; 0 where it is not known."""
+def _held(point: GripPoint, error: float = 0.0) -> Trial:
+    """Return what a grip holds, with errors up to a number of millimeters and degrees.
+
+    A force along gravity that is not known counts as none.
+    """
     force = holding_force(point, Pull.DOWN).force
-    return 0.0 if math.isnan(force) else force
+    return Trial("", 0.0, point.pressure, 0.0 if math.isnan(force) else force, 1e-3 * error)
 
 
 def _reason(error: SpiralError) -> str:
@@ -404,11 +406,11 @@ def find_approaches(
 ) -> ApproachAnswer:
     """Return the base poses that grip an object best.
 
-    Poses spread over all orientations within the limit are closed on few elements, also with a
-    first error of the pose. If hardly any grips, others follow around those that come nearest,
-    turned and shifted. Of those that differ the size of the region of capture is estimated, first
-    of those that hold with the error, then of the strongest; the three best of all get their whole
-    region.
+    Poses spread over all orientations within the limit are closed on few elements and, unless
+    coarse, with a first error of the pose. If hardly any grips, others follow around those that
+    come nearest, turned and shifted. Of those that differ the size of the region of capture is
+    estimated, first of those that hold with the error, then of the strongest; the three best of all
+    get their whole region.
 
     Args:
         task: the object in the world, and the limit of the arm.
@@ -436,8 +438,7 @@ def find_approaches(
         except REFUSALS as error:
             best[pose] = Trial(_reason(error), 0.0)
             continue
-        found = Trial("", 0.0, point.pressure, _force(point))
-        approach = Approach(task, pose, point, found)
+        approach = Approach(task, pose, point, _held(point))
         approaches.append(approach if coarse else search.with_region(approach))
     approaches.sort(key=lambda each: each.found.score, reverse=True)
     return ApproachAnswer(task, tuple(approaches), tried | best)

@@ -297,7 +297,7 @@ def solve_grip(
     if pressures is not None and not all(b > a for a, b in pairwise(pressures)):
         raise InvalidInputError("pressures", tuple(pressures), "increasing", "Pa")
     if pressures is None:
-        pressures = _force_pressures(window)
+        pressures = _force_pressures(window.onset_wrap, window.top)
     points: list[GripPoint] = []
     forces: dict[Pull, list[HoldingForce]] = {pull: [] for pull in pulls}
     for number, pressure in enumerate(pressures):
@@ -323,16 +323,17 @@ def recommended_grip(
         SolverError: a state could not be certified.
     """
     window = solve_grip(setup, (), pressures=(), progress=progress).window
-    middle = window.at(Grip(window, (), {}).recommended_pressure())
+    unasked = Grip(window, (), {})
+    middle = window.at(unasked.recommended_pressure())
     if payload is None:
         return middle
     weight = PAYLOAD_SAFETY * setup.weight_of(payload)
     held = holding_force(middle, Pull.DOWN, weight)
     if held.force >= weight:
         return middle
-    low, end = Grip(window, (), {}).carrying_range
+    low, end = unasked.carrying_range
     found = [(middle, held)]
-    others = [each for each in _force_pressures(window) if each != middle.pressure]
+    others = {*_force_pressures(low, window.top)} - {middle.pressure}
     outwards = sorted(others, key=lambda each: abs(each - middle.pressure))
     for number, pressure in enumerate(outwards, start=1):
         point = window.at(pressure)
@@ -346,10 +347,9 @@ def recommended_grip(
     return window.at(Grip(window, points, {Pull.DOWN: forces}).recommended_pressure(payload))
 
 
-def _force_pressures(window: GripWindow) -> list[float]:
+def _force_pressures(onset: float, top: float) -> list[float]:
     """Return the pressures at which forces are looked for, if no others are given (n,) [Pa]."""
-    low = BELOW_WRAP * (window.onset_wrap or 0.0)
-    pressures: list[float] = np.linspace(low, window.top, FORCE_PRESSURES).tolist()
+    pressures: list[float] = np.linspace(BELOW_WRAP * onset, top, FORCE_PRESSURES).tolist()
     return pressures
 
 

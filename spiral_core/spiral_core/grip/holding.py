@@ -140,15 +140,19 @@ def holding_force(
         enough: force [N], of a twist torque [N m], at which the pull may end.
 
     Raises:
-        InvalidInputError: ``Pull.DOWN`` without gravity.
+        InvalidInputError: ``Pull.DOWN`` without gravity; ``enough`` is no number, or below 0.
     """
+    if enough != math.inf:
+        require_non_negative("enough", enough)
     return _down(point, {}, enough) if pull is Pull.DOWN else _pulled(point, pull, enough)
 
 
 def holding_forces(point: GripPoint, pulls: Sequence[Pull]) -> dict[Pull, HoldingForce]:
     """Return what :func:`holding_force` returns for each of several pulls."""
     found: dict[Pull, HoldingForce] = {}
-    found |= {pull: _pulled(point, pull) for pull in pulls if pull is not Pull.DOWN}
+    for pull in pulls:
+        if pull is not Pull.DOWN:
+            found[pull] = _pulled(point, pull)
     if Pull.DOWN in pulls:
         found[Pull.DOWN] = _down(point, found)
     return {pull: found[pull] for pull in pulls}
