@@ -8,7 +8,7 @@ from math import atan, cos, inf, nextafter, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
-from core.actuator_cases import PAPER_TUBE, actuator, extending_pairs, repeatable
+from core.actuator_cases import PAPER_TUBE, actuator, degrees, extending_pairs, repeatable
 from core.reference_uniform import reference_pressure
 from hypothesis import given
 from hypothesis import strategies as st
@@ -155,6 +155,18 @@ def test_twist_shear_stiffens_as_documented():
             for flag in (True, False)
         )
         assert round(100.0 * (with_shear / without - 1.0)) == percent
+
+
+def test_limit_point_next_to_rest_is_found():
+    """At a five-hundredth of the size at which fibers that are almost parallel lock."""
+    law = Yeoh(100e3, -19389.0, 3885.0)
+    case = replace(actuator(material=law, twist_shear=False), fibers=degrees(5.0, 5.01))
+    found = FreeActuation(replace(case, curvature_form=CurvatureForm.FIRST_ORDER))
+    assert found.limit is ActuationLimit.LIMIT_POINT
+    sizes = np.linspace(0.0, found.size_limit, 1000)
+    slopes = [found.pressure.with_slope(size)[1] for size in sizes.tolist()]
+    assert min(slopes) > -1e-9 * slopes[0]
+    assert found.pressure.with_slope(1.01 * found.size_limit)[1] < 0.0
 
 
 def test_limit_point_before_the_elastomer_stiffens_again_is_found():

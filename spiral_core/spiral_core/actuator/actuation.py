@@ -90,7 +90,9 @@ class FreeActuation:
         require_kind("actuator", actuator, Actuator)
         path, pressure, end, limit = useful_branch(actuator)
         steps = TABLE_NODES - 1
-        sizes = [end * (1.0 - (1.0 - k / steps) ** 2) for k in range(TABLE_NODES)]
+        even = [end * (1.0 - (1.0 - k / steps) ** 2) for k in range(TABLE_NODES)]
+        # The panels become narrow where the pressure bends, such as at rest, far from the end.
+        sizes = sorted({*even, *(size for size in pressure.work.inner if size < end)})
         table = {size: pressure.with_slope(size) for size in sizes}
         modulus = actuator.material.small_strain_modulus
         if not all(map(math.isfinite, (modulus, *(value for value, _ in table.values())))):

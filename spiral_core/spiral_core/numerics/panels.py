@@ -95,6 +95,9 @@ class Panels:
         edges: increasing ends of the panels.
         samples: (panels, NODES) values at :func:`panel_nodes`.
 
+    Attributes:
+        inner: edges between two panels.
+
     Example:
         >>> edges = (0.0, 1.0, 2.0)
         >>> sine = Panels(edges, np.sin(panel_nodes(edges)))
@@ -102,17 +105,17 @@ class Panels:
         0.0
     """
 
-    __slots__ = ("_coefficients", "_inner", "_scales")
+    __slots__ = ("_coefficients", "_scales", "inner")
 
     def __init__(self, edges: Sequence[float], samples: Array) -> None:
         ends = [float(edge) for edge in edges]
-        self._inner = ends[1:-1]
+        self.inner = ends[1:-1]
         self._coefficients: list[list[float]] = ((samples @ _INVERSE.T) @ _POWERS.T).tolist()
         self._scales = [(0.5 * (a + b), 2.0 / (b - a)) for a, b in pairwise(ends)]
 
     def __call__(self, point: float) -> float:
         """Return the function at a point of the panels."""
-        panel = bisect_right(self._inner, point)
+        panel = bisect_right(self.inner, point)
         middle, scale = self._scales[panel]
         x = (point - middle) * scale
         value = 0.0
@@ -122,7 +125,7 @@ class Panels:
 
     def with_slope(self, point: float) -> tuple[float, float]:
         """Return the function and its derivative at a point of the panels."""
-        panel = bisect_right(self._inner, point)
+        panel = bisect_right(self.inner, point)
         middle, scale = self._scales[panel]
         x = (point - middle) * scale
         value = slope = 0.0
