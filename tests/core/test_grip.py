@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from math import inf, nan, pi, sqrt
 from unittest.mock import Mock
 
@@ -303,6 +303,17 @@ def test_only_a_tube_that_buckles_upright_falls_to_a_side_that_is_chosen():
         assert GripSetup(lighter, there).falls_by_choice is chosen
 
 
+def test_a_tube_that_is_not_wrapped_is_given_up_where_asked():
+    found = window("curls")
+    tip = found.setup.tip_pressure
+    for pressures in None, np.multiply(tip, (0.3, 0.55, 0.7, 1.05)):
+        early = grip_window(found.setup, pressures, give_up=0.5)
+        assert (early.end, early.onset_wrap) == (WindowEnd.PASSED_BY, None)
+        assert early.pressures[-2] < 0.5 * tip <= early.top < 0.7 * tip
+    late = grip_window(found.setup, pressures)
+    assert 0.7 * tip < late.onset_wrap < late.top
+
+
 def test_what_was_not_looked_at_is_not_answered():
     found = window("curls")
     weightless = replace(found.setup, gripper=gripper(0.0, 0.0, 0.0))
@@ -313,6 +324,7 @@ def test_what_was_not_looked_at_is_not_answered():
         (solved(found).force, Pull.DOWN),
         (found.at, 2.0 * found.top),
         (holding_force, replace(found.points[-1], setup=weightless), Pull.DOWN),
+        (partial(grip_window, give_up=0.0), found.setup),
     )
     recorded("refusals/grip", {f"{k}": said(*ask) for k, ask in enumerate(asked)})
 

@@ -47,6 +47,8 @@ UPRIGHT, PARALLEL, ALIKE = 0.087, 1e-3, 120
 # Poses are compared on so many elements, at these fractions of the tip criterion's pressure.
 SCREEN_ELEMENTS = 45
 SCREEN_PRESSURES = (0.3, 0.6, 0.75, 0.85, 0.9, *np.arange(0.94, 1.31, 0.04).tolist())
+# What grips is wrapped by then; what is not goes on to pass the object by, at twice the cost.
+SCREEN_GIVE_UP = 1.0
 # Poses that are reported differ by more than this angle [rad], and there are so many.
 LEAST_ANGLE, REPORTED = math.radians(20.0), 3
 # Where fewer distinct ones grip, others are tried around so many that come nearest, so many around
@@ -331,7 +333,8 @@ def coarse_grip(task: ApproachTask, pose: BasePose) -> GripPoint | Trial:
     try:
         setup = approach_setup(task, pose, SCREEN_ELEMENTS)
         pressures = np.array(SCREEN_PRESSURES) * (setup.tip_pressure or 0.0)
-        window = grip_window(setup, pressures[pressures <= setup.gripper.pressure_max])
+        reached = pressures[pressures <= setup.gripper.pressure_max]
+        window = grip_window(setup, reached, give_up=SCREEN_GIVE_UP)
         if window.onset_wrap is None:
             passed = WindowEnd.PASSED_BY if window.end is WindowEnd.LIMIT else window.end
             return Trial(passed.value, missing_to_wrap(window))

@@ -21,6 +21,7 @@ from spiral_core.rod.contact.solve import follow_contact
 from spiral_core.rod.state import RodEvent, RodPath, RodState, RodStatus
 from spiral_core.rod.types import Array
 from spiral_core.rounding import rounded_down
+from spiral_core.validation import require_positive
 from spiral_core.wrap.wrap import WrapRegime
 
 # The tip counts as touching within this fraction of the tube's outer radius, and the end as curled
@@ -468,6 +469,7 @@ def grip_window(
     progress: Progress | None = None,
     *,
     until_wrapped: bool = False,
+    give_up: float | None = None,
 ) -> GripWindow:
     """Return what a pressure that rises from nothing does, up to the gripper's limit or the loss.
 
@@ -478,15 +480,21 @@ def grip_window(
         progress: called with the number of steps done and the number there are, after each.
         until_wrapped: whether to stop where the object is wrapped, and the end does not curl, for
             ``onset_wrap`` alone.
+        give_up: pressure from which on a tube that is not wrapped is given up, as a multiple of the
+            tip criterion's; None is 1.6 or, with ``pressures``, never.
 
     Raises:
-        InvalidInputError: pressures do not increase within (0, limit].
+        InvalidInputError: pressures do not increase within (0, limit]; ``give_up`` is not positive.
         NotGrippableError: the object lies in the way of the tube without pressure.
         SolverError: that tube has no certified shape.
     """
     points = [GripPoint(0.0, setup, hanging_tube(setup))]
     wrapped, loss, end = False, None, WindowEnd.LIMIT
     stations = _stations(setup, pressures)
+    if give_up is None:
+        give_up = GIVE_UP if pressures is None else math.inf
+    else:
+        require_positive("give_up", give_up)
     for count, pressure in enumerate(stations, start=1):
         here = points[-1]
         point, path = raised(here, pressure, wrapped=wrapped)
@@ -504,8 +512,8 @@ def grip_window(
         points.append(point)
         wrapped = wrapped or point.is_wrapped
         # So far above the tip criterion's pressure no wrap will follow.
-        passed = setup.tip_pressure is not None and pressure >= GIVE_UP * setup.tip_pressure
-        if passed and not wrapped and pressures is None:
+        passed = setup.tip_pressure is not None and pressure >= give_up * setup.tip_pressure
+        if passed and not wrapped:
             end = WindowEnd.PASSED_BY
             break
         if progress is not None:
