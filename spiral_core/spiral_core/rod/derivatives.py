@@ -143,14 +143,17 @@ def differentiate(state: RodState, parameters: Sequence[str] | None = None) -> S
 
 def _margins(state: RodState) -> dict[str, float]:
     """Return how near the contacts are to changing their kind."""
-    found: dict[str, list[Array]] = {"gap": [], "force": [], "stick": [], "slip": []}
     point = state._point
-    for j, contact in enumerate(() if point is None else point.solution.contacts):
-        on, pressed = contact.active, state.normal_forces[j]
-        found["gap"].append(contact.gap[contact.touchable & ~on] / state.arc_lengths[-1])
+    if point is None:
+        return dict.fromkeys(("gap", "force", "stick", "slip"), math.inf)
+    found: dict[str, list[Array]] = {"gap": [], "force": [], "stick": [], "slip": []}
+    contacts = point.solution.contacts
+    for j, pressed in enumerate(state.normal_forces):
+        on = contacts.active[j]
+        found["gap"].append(contacts.gap[j, contacts.touchable & ~on] / state.arc_lengths[-1])
         found["force"].append(pressed[on] / (pressed.max() or 1.0))
-        if contact.friction > 0.0 and point is not None:
-            size = np.linalg.norm(contact.touch.slip[on], axis=1)
+        if contacts.friction[j] > 0.0:
+            size = np.linalg.norm(contacts.touch.slip[j, on], axis=1)
             size /= STICK_SLIPS * last_slip(point.arrays)
             found["stick"].append((1.0 - size[size < 1.0]) ** 2)
             found["slip"].append(size[size >= 1.0] - 1.0)
@@ -186,12 +189,11 @@ def _steps(length: float, bending: float, obstacles: int = 0) -> Array:
 def _mixed(point: Point, rows: Array) -> tuple[Array, Array, Array, Array]:
     """Return the changes of positions, rotations, base reaction, contact forces."""
     arrays, x, contacts = point.arrays, point.x, point.solution.contacts
-    count, obstacles, total = arrays.count, len(contacts), len(rows)
+    count, obstacles, total = arrays.count, len(arrays.obstacles), len(rows)
     steps, turn, ratio = np.diff(arrays.arc_lengths), matrices(x.q), rows[:, 12, None, None]
     found, loads = no_elements(count), load_terms(arrays, x)
     assemble(x, arrays.elements, found)
-    active = np.array([one.active for one in contacts], dtype=np.bool_)
-    active = active.reshape(obstacles, count + 1)
+    active = contacts.active
     at = np.concatenate(([0], np.cumsum(9 + active.sum(axis=0))))[:-1]
     size, width = int(at[-1]) + 6 + int(active[:, -1].sum()), int(np.diff(at).max()) + 5
     nodes, inside = at[:, None] + np.arange(6), at[1:, None] - 3 + np.arange(3)
@@ -211,28 +213,29 @@ def _mixed(point: Point, rows: Array) -> tuple[Array, Array, Array, Array]:
     law = Law(True, 0.0, last_slip(arrays), 0.0, math.inf, True)
     loaded, tangent, pushes, by_gap = by_node.copy(), loads.tangent, [], []
     shifts, others = rows[:, OWN : OWN + 3 * obstacles], rows[:, OWN + 3 * obstacles :]
-    for j, (met, obstacle) in enumerate(zip(contacts, arrays.obstacles, strict=True)):
+    again = contacts._replace(touch=no_touch(*active.shape))
+    for j, (normal, obstacle) in enumerate(zip(contacts.normal, arrays.obstacles, strict=True)):
         own = loads._replace(tangent=np.zeros_like(tangent))
-        contact = met._replace(touch=no_touch(count + 1))
-        contact_terms(law, contact, x, point.anchors, own)
-        heading = contact.touch.heading
-        arm = -arrays.lever * np.cross(contact.normal, heading)
+        contact_terms(law, again, x, point.anchors, j, own)
+        heading = again.touch.heading[j]
+        arm = -arrays.lever * np.cross(normal, heading)
         rub = np.hstack((np.einsum("nji,nj->ni", turn, arm), heading))
         shift = shifts[:, 3 * j : 3 * j + 3]
         by_node -= np.einsum("nij,kj->kni", own.tangent[:, :, 3:], shift)
         by_node += (others[:, obstacles + j, None] * x.normal[j] * active[j])[:, :, None] * rub
         tangent = tangent + own.tangent
-        by_gap.append(-others[:, j, None] - shift @ contact.normal.T)
+        by_gap.append(-others[:, j, None] - shift @ normal.T)
         pushes.append(obstacle.friction * rub)
-        pushes[j][:, 3:] -= contact.normal
+        pushes[j][:, 3:] -= normal
     band = band_of(at, found.hessians, tangent, width, size)
     rhs = np.zeros((size, total))
     rhs[nodes] = -by_node.transpose(1, 2, 0)
     rhs[inside] = -columns[:, :, 6:].transpose(1, 2, 0)
-    for on, own, contact, push, gap in zip(active, pressed, contacts, pushes, by_gap, strict=True):
+    every = zip(active, pressed, contacts.normal, pushes, by_gap, strict=True)
+    for on, own, normal, push, gap in every:
         mine, them = own[on, None], nodes[on]
         band[2 * width + them - mine, mine] = push[on]
-        band[2 * width + mine - them[:, 3:], them[:, 3:]] = contact.normal[on]
+        band[2 * width + mine - them[:, 3:], them[:, 3:]] = normal[on]
         rhs[own[on]] = -gap[:, on].T
 
     # The ends as they are held, the base as it is moved.

@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spiral_core.errors import InvalidInputError, SolverError
 from spiral_core.rod._algebra import composed, resample
@@ -277,7 +278,7 @@ def state_at(q: Array, system: System, folds: int, found: Solution) -> RodState:
 
 
 @lru_cache(maxsize=64)
-def _untouched(nodes: int) -> tuple[Array, Array, Array]:
+def _untouched(nodes: int) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return the contact arrays of a rod without obstacles: forces, their size, what sticks."""
     return np.empty((0, nodes, 3)), np.empty((0, nodes)), np.empty((0, nodes), dtype=bool)
 

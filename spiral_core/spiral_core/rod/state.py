@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError
@@ -161,7 +162,7 @@ class RodState:
     contact_forces: Array
     normal_forces: Array
     gaps: Array
-    sticking: Array = field(repr=False)
+    sticking: NDArray[np.bool_] = field(repr=False)
     base_reaction: Array
     tip_reaction: Array
     energy: float
@@ -218,16 +219,17 @@ class RodState:
         return node_lengths(self.arc_lengths)
 
     @property
-    def touching(self) -> Array:
+    def touching(self) -> NDArray[np.bool_]:
         """Whether a node touches an obstacle (m, n)."""
         largest = self.normal_forces.max(axis=1, initial=0.0)
         scale = 0.0
         if self._point is not None:
             scale = self._point.arrays.bending / self._point.arrays.length**2
-        touching: Array = self.normal_forces > TOUCH * np.maximum(largest, scale)[:, None]
+        touching: NDArray[np.bool_] = (
+            self.normal_forces > TOUCH * np.maximum(largest, scale)[:, None]
+        )
         if self._point is not None:
-            for j, contact in enumerate(self._point.solution.contacts):
-                touching[j] &= contact.active
+            touching = touching & self._point.solution.contacts.active
         return touching
 
     @property
@@ -272,7 +274,7 @@ class RodState:
         arrays = self._point.arrays
         obstacle = arrays.obstacles[index]
         pushes = -self.contact_forces[index]
-        normal = self._point.solution.contacts[index].normal
+        normal = self._point.solution.contacts.normal[index]
         lever = self.positions - arrays.lever * normal - np.asarray(obstacle.position)
         return Resultant(pushes.sum(axis=0), np.cross(lever, pushes).sum(axis=0))
 

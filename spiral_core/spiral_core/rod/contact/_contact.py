@@ -164,21 +164,21 @@ class Law(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """What the laws give at each node.
+    """What the laws give at each node, for each obstacle.
 
     A step dx of the node changes lambda by -(excess + stiffness N.dp).
 
     Attributes:
-        active: (N + 1,) whether it touches.
-        sticks: (N + 1,) whether it would stick.
-        stiffness: (N + 1,) of the normal force [N/m].
-        excess: (N + 1,) [N].
-        tau: (N + 1, 3) friction [N].
-        target: (N + 1, 3) what friction is to become, mu_f lambda s / w [N].
-        heading: (N + 1, 3) s / w.
-        grip: (N + 1, 3, 6) derivative of friction by the node's step.
-        slip: (N + 1, 3) s [m].
-        changes: (2, N + 1) steps of normal force and slack.
+        active: (m, N + 1) whether it touches.
+        sticks: (m, N + 1) whether it would stick.
+        stiffness: (m, N + 1) of the normal force [N/m].
+        excess: (m, N + 1) [N].
+        tau: (m, N + 1, 3) friction [N].
+        target: (m, N + 1, 3) what friction is to become, mu_f lambda s / w [N].
+        heading: (m, N + 1, 3) s / w.
+        grip: (m, N + 1, 3, 6) derivative of friction by the node's step.
+        slip: (m, N + 1, 3) s [m].
+        changes: (m, N + 1, 2) steps of normal force and slack.
     """
 
     active: NDArray[np.bool_]
@@ -193,38 +193,37 @@ class Touch(NamedTuple):
     changes: Array
 
 
-def no_touch(nodes: int) -> Touch:
+def no_touch(obstacles: int, nodes: int) -> Touch:
     """Return the laws' results before any."""
-    off, vector = np.zeros(nodes, dtype=np.bool_), (nodes, 3)
+    shape = (obstacles, nodes)
+    off, vector = np.zeros(shape, dtype=np.bool_), (*shape, 3)
     return Touch(
         active=off,
         sticks=off.copy(),
-        stiffness=np.zeros(nodes),
-        excess=np.zeros(nodes),
+        stiffness=np.zeros(shape),
+        excess=np.zeros(shape),
         tau=np.zeros(vector),
         target=np.zeros(vector),
         heading=np.zeros(vector),
-        grip=np.zeros((nodes, 3, 6)),
+        grip=np.zeros((*vector, 6)),
         slip=np.zeros(vector),
-        changes=np.empty((2, nodes)),
+        changes=np.empty((*shape, 2)),
     )
 
 
-class Contact(NamedTuple):
-    """One obstacle as the nodes see it at an iterate, and what its laws give there.
+class Contacts(NamedTuple):
+    """The obstacles as the nodes see them at an iterate, and what the laws give there.
 
     Attributes:
-        obstacle: its number.
-        friction: mu_f.
-        touchable: (N + 1,) whether a node may touch it.
-        gap: (N + 1,) g [m].
-        normal: (N + 1, 3) N.
-        bend: (N + 1, 3, 3) Hessian d'' of the distance [1/m].
+        friction: (m,) mu_f.
+        touchable: (N + 1,) whether a node may touch them.
+        gap: (m, N + 1) g [m].
+        normal: (m, N + 1, 3) N.
+        bend: (m, N + 1, 3, 3) Hessian d'' of the distance [1/m].
         touch: what the laws give.
     """
 
-    obstacle: int
-    friction: float
+    friction: Array
     touchable: NDArray[np.bool_]
     gap: Array
     normal: Array
@@ -233,21 +232,31 @@ class Contact(NamedTuple):
 
     @property
     def active(self) -> NDArray[np.bool_]:
-        """Whether a node touches (N + 1,)."""
+        """Whether a node touches (m, N + 1)."""
         return self.touch.active
 
     @property
     def sticks(self) -> NDArray[np.bool_]:
-        """Whether a node touches and sticks (N + 1,)."""
+        """Whether a node touches and sticks (m, N + 1)."""
         sticks: NDArray[np.bool_] = self.touch.active & self.touch.sticks
         return sticks
 
 
+def contacts_at(x: Iterate, arrays: Arrays, touchable: NDArray[np.bool_]) -> Contacts:
+    """Return the contacts at an iterate, their laws not yet evaluated."""
+    shape = (len(arrays.obstacles), len(x.p))
+    gap, normal, bend = np.empty(shape), np.empty((*shape, 3)), np.empty((*shape, 3, 3))
+    for j, obstacle in enumerate(arrays.obstacles):
+        gap[j], normal[j], bend[j] = distances(obstacle, x.p, arrays.radius)
+    friction = np.array([obstacle.friction for obstacle in arrays.obstacles], dtype=np.float64)
+    return Contacts(friction, touchable, gap, normal, bend, no_touch(*shape))
+
+
 @compiled
-def normal_terms(law: Law, contact: Contact, x: Iterate, e: int, at: Nodal) -> None:
+def normal_terms(law: Law, contacts: Contacts, x: Iterate, j: int, e: int, at: Nodal) -> None:
     """Add the normal force of a node to its gradient, what drives the step, and its Hessian."""
-    force, slack = x.normal[contact.obstacle, e], x.slack[contact.obstacle, e]
-    gap, normal, touch = contact.gap[e], vector_at(contact.normal, e), contact.touch
+    force, slack = x.normal[j, e], x.slack[j, e]
+    gap, normal, touch = contacts.gap[j, e], vector_at(contacts.normal[j], e), contacts.touch
     if law.sharp:
         active = force > law.stiffness * gap
         stiffness = 1.0 / law.compliance if active else 0.0
@@ -258,10 +267,10 @@ def normal_terms(law: Law, contact: Contact, x: Iterate, e: int, at: Nodal) -> N
         width = slack + law.compliance * force
         stiffness = force / width
         excess = (force * gap - law.barrier) / width
-    touch.active[e], touch.stiffness[e], touch.excess[e] = active, stiffness, excess
+    touch.active[j, e], touch.stiffness[j, e], touch.excess[j, e] = active, stiffness, excess
     add_vector(at.gradient[e], 3, scale(-force, normal))
     add_vector(at.drive[e], 3, scale(excess - force, normal))
-    bent = matscale(-force, matrix_at(contact.bend, e))
+    bent = matscale(-force, matrix_at(contacts.bend[j], e))
     add_matrix(at.tangent[e], 3, 3, matadd(matscale(stiffness, outer(normal, normal)), bent))
 
 
@@ -282,7 +291,7 @@ def friction_law(slip: Vec, tau: Vec, limit: float, elastic: float) -> tuple[boo
 
 @compiled
 def friction_terms(
-    law: Law, contact: Contact, x: Iterate, anchors: Anchors, e: int, at: Nodal
+    law: Law, contacts: Contacts, x: Iterate, anchors: Anchors, j: int, e: int, at: Nodal
 ) -> None:
     """Add the friction of a node.
 
@@ -290,8 +299,8 @@ def friction_terms(
     friction follows the normal force and the normal's direction within the step: the derivative is
     complete, and not symmetric.
     """
-    j, lever, mu, touch = contact.obstacle, anchors.lever, contact.friction, contact.touch
-    normal, bend = vector_at(contact.normal, e), matrix_at(contact.bend, e)
+    lever, mu, touch = anchors.lever, contacts.friction[j], contacts.touch
+    normal, bend = vector_at(contacts.normal[j], e), matrix_at(contacts.bend[j], e)
     q = quaternion_at(x.q, e)
     turn = transpose(to_material_matrix(q))
     arm, anchor = vector_at(anchors.arms[j], e), vector_at(anchors.points[j], e)
@@ -314,7 +323,7 @@ def friction_terms(
     grip_turn, grip_move = matmul(grip, moved_turn), matmul(grip, moved)
     goal, by_move = target, grip_move
     if law.coupled:  # what the step changes in the normal force
-        excess, stiffness = mu * touch.excess[e], mu * touch.stiffness[e]
+        excess, stiffness = mu * touch.excess[j, e], mu * touch.stiffness[j, e]
         goal = subtract(target, scale(excess, heading))
         by_move = matsubtract(grip_move, matscale(stiffness, outer(heading, normal)))
     gradient, drive, tangent = at.gradient[e], at.drive[e], at.tangent[e]
@@ -331,91 +340,101 @@ def friction_terms(
         add_matrix(tangent, 0, 0, matscale(0.5, skew(couple)))
         add_matrix(tangent, 0, 3, matscale(lever, matmul_t(turn, skew_matmul(tau, bend))))
         add_matrix(tangent, 3, 3, matscale(-1.0, outer(normal, matvec(bend, tau))))
-    touch.sticks[e] = sticks
-    put_vector(touch.tau[e], 0, tau)
-    put_vector(touch.target[e], 0, target)
-    put_vector(touch.heading[e], 0, heading)
-    put_vector(touch.slip[e], 0, slip)
-    put_matrix(touch.grip[e], 0, 0, grip_turn)
-    put_matrix(touch.grip[e], 0, 3, grip_move)
+    touch.sticks[j, e] = sticks
+    put_vector(touch.tau[j, e], 0, tau)
+    put_vector(touch.target[j, e], 0, target)
+    put_vector(touch.heading[j, e], 0, heading)
+    put_vector(touch.slip[j, e], 0, slip)
+    put_matrix(touch.grip[j, e], 0, 0, grip_turn)
+    put_matrix(touch.grip[j, e], 0, 3, grip_move)
 
 
 @compiled
-def contact_terms(law: Law, contact: Contact, x: Iterate, anchors: Anchors, at: Nodal) -> None:
+def contact_terms(
+    law: Law, contacts: Contacts, x: Iterate, anchors: Anchors, j: int, at: Nodal
+) -> None:
     """Add one obstacle's terms at all nodes that may touch it."""
-    for e in range(len(contact.gap)):
-        if contact.touchable[e]:
-            normal_terms(law, contact, x, e, at)
-            near = contact.gap[e] if law.sharp else x.slack[contact.obstacle, e]
+    for e in range(len(x.p)):
+        if contacts.touchable[e]:
+            normal_terms(law, contacts, x, j, e, at)
+            near = contacts.gap[j, e] if law.sharp else x.slack[j, e]
             least = NEGLIGIBLE * law.stiffness * near
-            if contact.friction > 0.0 and x.normal[contact.obstacle, e] > least:
-                friction_terms(law, contact, x, anchors, e, at)
+            if contacts.friction[j] > 0.0 and x.normal[j, e] > least:
+                friction_terms(law, contacts, x, anchors, j, e, at)
 
 
 @compiled
-def contact_step(law: Law, contact: Contact, x: Iterate, step: Array) -> tuple[float, float]:
+def contact_step(law: Law, contacts: Contacts, x: Iterate, step: Array) -> tuple[float, float]:
     """Write the steps of normal forces and slacks that go with a step (N + 1, 6) of the nodes.
 
     Returns how much of the step slacks and forces allow.
     """
-    force, slack, touch = x.normal[contact.obstacle], x.slack[contact.obstacle], contact.touch
+    touch = contacts.touch
     primal = dual = TINY
-    for e in range(len(contact.gap)):
-        touchable = 1.0 if contact.touchable[e] else 0.0
-        approach = dot(vector_at(contact.normal, e), vector_from(step[e], 3))
-        pressed = -(touch.excess[e] + touch.stiffness[e] * approach) * touchable
-        opened = (approach + contact.gap[e] - slack[e] + law.compliance * pressed) * touchable
-        touch.changes[0, e], touch.changes[1, e] = pressed, opened
-        if not law.sharp and contact.touchable[e]:
-            primal = max(primal, -opened / slack[e])
-            dual = max(dual, -pressed / max(force[e], TINY))
+    for j in range(len(contacts.gap)):
+        for e in range(len(step)):
+            if not contacts.touchable[e]:
+                touch.changes[j, e] = 0.0
+                continue
+            force, slack, gap = x.normal[j, e], x.slack[j, e], contacts.gap[j, e]
+            approach = dot(vector_at(contacts.normal[j], e), vector_from(step[e], 3))
+            pressed = -(touch.excess[j, e] + touch.stiffness[j, e] * approach)
+            opened = approach + gap - slack + law.compliance * pressed
+            touch.changes[j, e, 0], touch.changes[j, e, 1] = pressed, opened
+            if not law.sharp:
+                primal = max(primal, -opened / slack)
+                dual = max(dual, -pressed / max(force, TINY))
     return min(1.0, TO_BOUNDARY / primal), min(1.0, TO_BOUNDARY / dual)
 
 
 @compiled
-def take_step(
-    law: Law, contact: Contact, x: Iterate, step: Array, primal: float, dual: float
+def follow_step(
+    law: Law, contacts: Contacts, x: Iterate, step: Array, primal: float, dual: float
 ) -> None:
-    """Take the fractions ``primal`` of the slacks' step and ``dual`` of the forces'."""
-    j, mu, touch = contact.obstacle, contact.friction, contact.touch
-    for e in range(len(contact.gap)):
-        x.normal[j, e] += dual * touch.changes[0, e]
-        x.slack[j, e] += primal * touch.changes[1, e]
-        if mu > 0.0:
-            grip, tau, new = touch.grip[e], vector_at(touch.tau, e), vector_at(touch.target, e)
-            new = add(new, matvec(block_at(grip, 0, 0), vector_from(step[e], 0)))
-            new = add(new, matvec(block_at(grip, 0, 3), vector_from(step[e], 3)))
-            if law.coupled:
-                new = add(new, scale(mu * touch.changes[0, e], vector_at(touch.heading, e)))
-            put_vector(x.friction[j, e], 0, add(tau, scale(dual, subtract(new, tau))))
+    """Take the fraction ``primal`` of the slacks' step, ``dual`` of that of forces and friction."""
+    touch = contacts.touch
+    for j, mu in enumerate(contacts.friction):
+        for e in range(len(step)):
+            pressed, opened = touch.changes[j, e]
+            x.normal[j, e] += dual * pressed
+            x.slack[j, e] += primal * opened
+            if mu > 0.0:
+                grip, tau = touch.grip[j, e], vector_at(touch.tau[j], e)
+                new = vector_at(touch.target[j], e)
+                new = add(new, matvec(block_at(grip, 0, 0), vector_from(step[e], 0)))
+                new = add(new, matvec(block_at(grip, 0, 3), vector_from(step[e], 3)))
+                if law.coupled:
+                    new = add(new, scale(mu * pressed, vector_at(touch.heading[j], e)))
+                put_vector(x.friction[j, e], 0, add(tau, scale(dual, subtract(new, tau))))
 
 
 @compiled
 def contact_residual(
-    law: Law, contact: Contact, x: Iterate, length: float, force: float, pair: float
+    law: Law, contacts: Contacts, x: Iterate, length: float, force: float, pair: float
 ) -> float:
     """Return how far contact and friction are from holding, as a fraction of length and force.
 
     ``pair`` is the product of a slack and a force that counts as one.
     """
     worst: float = 0.0
-    touch = contact.touch
-    for e in range(len(contact.gap)):
-        if not contact.touchable[e]:
-            continue
-        gap, pressed = contact.gap[e], x.normal[contact.obstacle, e]
-        slack, active = x.slack[contact.obstacle, e], touch.active[e]
-        if law.sharp:
-            broken = abs(gap) / length if active else abs(pressed) / force
-            broken = max(broken, -gap / length, -pressed / force)
-        else:
-            broken = max(abs(gap - slack) / length, pressed * slack / pair)
-        if active:
-            lag = subtract(vector_at(touch.tau, e), vector_at(touch.target, e))
-            broken = max(broken, largest_component(lag) / force)
-        if broken != broken:
-            return np.nan
-        worst = max(worst, broken)
+    touch = contacts.touch
+    for j in range(len(contacts.gap)):
+        for e in range(len(x.p)):
+            if not contacts.touchable[e]:
+                continue
+            gap, pressed, slack = contacts.gap[j, e], x.normal[j, e], x.slack[j, e]
+            active = touch.active[j, e]
+            if law.sharp:
+                broken = abs(gap) / length if active else abs(pressed) / force
+                broken = max(broken, -gap / length, -pressed / force)
+            else:
+                broken = max(abs(gap - slack) / length, pressed * slack / pair)
+            if active:
+                lag = subtract(vector_at(touch.tau[j], e), vector_at(touch.target[j], e))
+                broken = max(broken, largest_component(lag) / force)
+            if broken != broken:
+                return np.nan
+            worst = max(worst, broken)
     return worst
 
 

@@ -32,9 +32,9 @@ from spiral_core.rod._algebra import (
     vector_at,
 )
 from spiral_core.rod._newton import CONVERGED, UNSTABLE
-from spiral_core.rod.contact._contact import TINY, Anchors, Iterate, carried, empty
+from spiral_core.rod.contact._contact import TINY, Anchors, Iterate, carried, contacts_at, empty
 from spiral_core.rod.contact._mesh import Arrays, between
-from spiral_core.rod.contact._newton import Newton, Solution, contacts_at
+from spiral_core.rod.contact._newton import Newton, Solution
 from spiral_core.rod.contact.obstacles import Quaternion, passes_through, seen_from
 from spiral_core.rod.contact.problem import Free, RodProblem
 from spiral_core.rod.types import ZERO, Array
@@ -124,9 +124,9 @@ def largest_moves(here: Point) -> Array:
     """
     arrays = here.arrays
     moves = np.full(arrays.count + 1, LARGEST_MOVE * arrays.length)
-    for obstacle, contact in zip(arrays.obstacles, here.solution.contacts, strict=True):
+    for obstacle, gap in zip(arrays.obstacles, here.solution.contacts.gap, strict=True):
         arc = LARGEST_ARC * (obstacle.shape.feature_radius + arrays.radius)
-        moves = np.minimum(moves, np.maximum(arc, contact.gap))
+        moves = np.minimum(moves, np.maximum(arc, gap))
     return moves
 
 
@@ -138,12 +138,12 @@ def moved_fraction(here: Point, arrays: Arrays, positions: Array) -> float:
     """
     moves = np.sqrt(np.sum((positions - here.x.p) ** 2, axis=1))
     fraction = float(moves.max()) / (LARGEST_MOVE * arrays.length)
-    contacts = here.solution.contacts
-    for old, new, contact in zip(here.arrays.obstacles, arrays.obstacles, contacts, strict=True):
+    gaps = here.solution.contacts.gap
+    for old, new, gap in zip(here.arrays.obstacles, arrays.obstacles, gaps, strict=True):
         start, end = seen_from(old, here.x.p), seen_from(new, positions)
         seen = np.sqrt(np.sum((end - start) ** 2, axis=1))
         arc = LARGEST_ARC * (old.shape.feature_radius + arrays.radius)
-        fraction = max(fraction, float(np.max(seen / np.maximum(arc, contact.gap))))
+        fraction = max(fraction, float(np.max(seen / np.maximum(arc, gap))))
         if passes_through(old, start, end):
             fraction = max(fraction, THROUGH)
     return fraction

@@ -54,7 +54,7 @@ from spiral_core.rod._newton import CONVERGED, ITERATION_LIMIT, NOT_FINITE, UNST
 from spiral_core.rod.contact._contact import (
     TINY,
     Anchors,
-    Contact,
+    Contacts,
     Iterate,
     Law,
     Nodal,
@@ -62,9 +62,8 @@ from spiral_core.rod.contact._contact import (
     contact_residual,
     contact_step,
     contact_terms,
-    distances,
-    no_touch,
-    take_step,
+    contacts_at,
+    follow_step,
     widen,
 )
 from spiral_core.rod.contact._element import Elements, mixed_element, section_at
@@ -103,6 +102,8 @@ BLOCKED = 0.2
 LENGTH_WEIGHT = 10.0
 # A coil bears more inside than its loads: this part counts as a load, its imbalance is rounding.
 ROUNDED = 0.1
+# A Hessian that is not positive is shifted by at least and at most so many times a small stiffness.
+SHIFT, MOST_SHIFT = 1e-2, 1e9
 # Where the columns of an eliminated node and of the next one begin.
 HERE, NEXT = 0, 6
 
@@ -402,6 +403,118 @@ def largest_motion(step: Array) -> tuple[float, float]:
     return turn, np.sqrt(square)
 
 
+class Scales(NamedTuple):
+    """What is large and small in a problem.
+
+    Attributes:
+        force: [N].
+        moment: [N m], at that force.
+        length: [m]; positions weigh ten times as much as their fraction of the rod's.
+        step: mean length of an element [m].
+        pair: product of a slack and a force that counts as one [N m].
+        rounded: part of the forces inside that counts as a load.
+        shift: stiffness of a node's displacement that is small [N/m].
+    """
+
+    force: float
+    moment: float
+    length: float
+    step: float
+    pair: float
+    rounded: float
+    shift: float
+
+
+@compiled
+def residual_at(
+    law: Law,
+    contacts: Contacts,
+    x: Iterate,
+    found: Assembled,
+    nodal: Nodal,
+    free: Array,
+    size: Scales,
+) -> float:
+    """Return the largest imbalance that is not a reaction at an end; NaN where one is."""
+    couple, push, apart, within = largest_imbalance(nodal.gradient, found.chord, free, x.n)
+    force = max(size.force, size.rounded * within)
+    contact = contact_residual(law, contacts, x, size.length, force, size.pair)
+    worst = 0.0
+    for one in (
+        couple / max(size.moment, force * size.step),
+        push / force,
+        apart / size.length,
+        contact,
+    ):
+        worst = larger(worst, one)
+    return worst
+
+
+@compiled
+def linearize(
+    law: Law,
+    contacts: Contacts,
+    x: Iterate,
+    anchors: Anchors,
+    elements: Elements,
+    bearing: Bearing,
+    size: Scales,
+    shift: float,
+    nodal: Nodal,
+    found: Assembled,
+    step: Step,
+) -> tuple[float, float, float, float]:
+    """Write imbalance, elements and Newton step at an iterate, from the loads at the nodes.
+
+    ``nodal`` has the loads and gets the contacts, its gradient the elements too. A Hessian that is
+    not positive is shifted, unless an active set chooses contacts: that goes on by another method.
+    Returns energy [J], residual, smallest pivot and shift.
+    """
+    for j in range(len(contacts.gap)):
+        contact_terms(law, contacts, x, anchors, j, nodal)
+    energy = assemble(x, elements, found)
+    shift = 0.1 * shift if shift > SHIFT * size.shift else 0.0
+    tangent = nodal.tangent.copy()
+    while True:
+        for e in range(len(tangent)):
+            for i in range(6):
+                inertia = size.step * size.step if i < 3 else 1.0
+                nodal.tangent[e, i, i] = tangent[e, i, i] + shift * inertia
+        pivot = eliminate(found, nodal, bearing, law.coupled, step)
+        chosen = law.sharp and len(contacts.gap) > 0
+        if pivot > 0.0 or not math.isfinite(pivot) or chosen or shift > MOST_SHIFT * size.shift:
+            break
+        shift = max(10.0 * shift, SHIFT * size.shift)
+    nodal.gradient[:] += found.gradient
+    residual = residual_at(law, contacts, x, found, nodal, bearing.end_free, size)
+    return energy, residual, pivot, shift
+
+
+@compiled
+def take_step(
+    law: Law, contacts: Contacts, x: Iterate, step: Step, max_move: float
+) -> tuple[float, float]:
+    """Take as much of the step as rotations, moves and the barrier allow.
+
+    Returns the smaller fraction taken, of positions or forces, and the mean pair of slack and force
+    after it [N m].
+    """
+    turn, move = largest_motion(step.nodes)
+    limit = min(1.0, MAX_ROTATION / max(turn, TINY), max_move / max(move, TINY))
+    primal, dual = contact_step(law, contacts, x, step.nodes)
+    primal, dual = min(primal, limit), min(dual, limit)
+    turn_nodes(x.q, step.nodes, primal, x.q)
+    x.p[:] += primal * step.nodes[:, 3:]
+    x.n[:] += dual * step.forces
+    follow_step(law, contacts, x, step.nodes, primal, dual)
+    pairs, count = 0.0, 0
+    for j in range(len(contacts.gap)):
+        for e in range(len(contacts.touchable)):
+            if contacts.touchable[e]:
+                pairs, count = pairs + x.normal[j, e] * x.slack[j, e], count + 1
+    return min(primal, dual), pairs / max(count, 1)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Solution:
     """What an iteration found.
@@ -414,7 +527,7 @@ class Solution:
         pivot: smallest pivot [N m].
         gradient: (N + 1, 6) imbalance; at the ends, what holds them.
         moments: (N + 1, 3) in the material frame [N m].
-        contacts: one for each obstacle.
+        contacts: with the obstacles.
     """
 
     outcome: int
@@ -424,7 +537,7 @@ class Solution:
     pivot: float
     gradient: Array
     moments: Array
-    contacts: tuple[Contact, ...]
+    contacts: Contacts
 
 
 def bearing_of(arrays: Arrays) -> Bearing:
@@ -432,14 +545,6 @@ def bearing_of(arrays: Arrays) -> Bearing:
     lengths = np.diff(arrays.arc_lengths)
     compliance = CHORD_COMPLIANCE * lengths**3 / (12.0 * arrays.bending)
     return Bearing(arrays.end_free, compliance, arrays.step)
-
-
-def contacts_at(x: Iterate, arrays: Arrays, touchable: NDArray[np.bool_]) -> tuple[Contact, ...]:
-    """Return the contact with each obstacle at an iterate, its laws not yet evaluated."""
-    return tuple(
-        Contact(j, one.friction, touchable, *distances(one, x.p, arrays.radius), no_touch(len(x.p)))
-        for j, one in enumerate(arrays.obstacles)
-    )
 
 
 def load_terms(arrays: Arrays, x: Iterate) -> Nodal:
@@ -461,15 +566,29 @@ class Newton:
     """One solve of a problem, from an iterate that is changed in place."""
 
     def __init__(
-        self, arrays: Arrays, x: Iterate, anchors: Anchors, added: NodalTerms | None = None
+        self,
+        arrays: Arrays,
+        x: Iterate,
+        anchors: Anchors,
+        added: NodalTerms | None = None,
+        *,
+        tolerance: float = DEFAULT_TOLERANCE,
+        rounded: float = ROUNDED,
     ) -> None:
         self.arrays, self.x, self.anchors, self.added = arrays, x, anchors, added
-        self.tolerance, self.rounded = DEFAULT_TOLERANCE, ROUNDED
-        count, h = arrays.count, arrays.step
-        self.force = arrays.force_scale
-        self.moment = max(arrays.bending / arrays.length, self.force * h)
+        self.tolerance = tolerance
+        count, h, length, force = arrays.count, arrays.step, arrays.length, arrays.force_scale
         own = 12.0 * arrays.bending / h**3
-        self.last_barrier = LAST_BARRIER * self.force * arrays.length / count
+        self.last_barrier = LAST_BARRIER * force * length / count
+        self.size = Scales(
+            force=force,
+            moment=max(arrays.bending / length, force * h),
+            length=length / LENGTH_WEIGHT,
+            step=h,
+            pair=2.0 * self.last_barrier / tolerance,
+            rounded=rounded,
+            shift=force / length / count,
+        )
         self.last_slip = last_slip(arrays)
         self.law = self.first = Law(
             sharp=True,
@@ -481,7 +600,6 @@ class Newton:
         )
         self.bearing = bearing_of(arrays)
         self.loads, self.follows = load_terms(arrays, x), bool(arrays.nodal[:, :3].any())
-        self.mass = np.array((h * h, h * h, h * h, 1.0, 1.0, 1.0))
         self.rubs = any(obstacle.friction > 0.0 for obstacle in arrays.obstacles)
         self.touchable, self.shift, self.polished = self._hold_ends(), 0.0, False
         self.step, self.elements = no_step(count), no_elements(count)
@@ -522,19 +640,19 @@ class Newton:
             if quick and (lost or patience == 0) and self.arrays.obstacles:
                 quick = False
                 self._restart(start, *first)
-            elif not lost:
-                primal, dual = self._advance(solution, max_move)
+            elif lost:
+                return replace(solution, outcome=UNSTABLE, passes=passes)
+            else:
+                fraction, mean = take_step(self.law, solution.contacts, self.x, self.step, max_move)
                 if self.law.sharp:
                     self.law = self.law._replace(stiffness=QUICK_STIFFNESS * self.first.stiffness)
                 else:
-                    blocked = blocked + 1 if min(primal, dual) < BLOCKED else 0
-                    blocked = self._sink(min(primal, dual), blocked, first)
+                    blocked = blocked + 1 if fraction < BLOCKED else 0
+                    blocked = self._sink(fraction, mean, blocked, first)
                 # friction follows the normal force, near the end and in motion
                 near = solution.residual < COUPLING_RESIDUAL or self.added is not None
                 last = self.law.slip == self.last_slip and self.shift == 0.0
                 self.law = self.law._replace(coupled=self.rubs and near and last)
-            else:
-                return replace(solution, outcome=UNSTABLE, passes=passes)
             solution = self._pass()
         return replace(solution, outcome=ITERATION_LIMIT, passes=MAX_PASSES)
 
@@ -546,7 +664,7 @@ class Newton:
             return False
         again, self.polished = self.polished, True
         still = float(np.abs(self.step.nodes[:, 3:]).max()) < LAST_MOVE * self.arrays.length
-        return again or still or any(contact.active.any() for contact in solution.contacts)
+        return again or still or bool(solution.contacts.active.any())
 
     def _certified(self, solution: Solution) -> Solution:
         """Return the solution with the smallest pivot of its symmetric Hessian."""
@@ -554,25 +672,22 @@ class Newton:
             return solution
         self.law = self.law._replace(coupled=False)
         nodal, step = self._loads(), no_step(self.arrays.count)
-        self._add(solution.contacts, nodal)
+        for j in range(len(self.arrays.obstacles)):
+            contact_terms(self.law, solution.contacts, self.x, self.anchors, j, nodal)
         pivot = eliminate(self.elements, nodal, self.bearing, False, step)
         return replace(solution, pivot=pivot)
 
     def _first_guess(self, solution: Solution) -> tuple[float, float, float]:
         """Return width [m], barrier [N m] and slip [m] with which a thorough iteration begins."""
-        length = self.arrays.length
-        reach = 0.0
-        for contact in solution.contacts:
-            moved = np.einsum("ni,ni->n", contact.normal, self.step.nodes[:, 3:])
-            reach = max(reach, float(-((contact.gap + moved) * self.touchable).min()))
+        length, contacts = self.arrays.length, solution.contacts
+        moved = np.einsum("jni,ni->jn", contacts.normal, self.step.nodes[:, 3:])
+        reach = float((-(contacts.gap + moved) * self.touchable).max(initial=0.0))
         width = min(max(reach, 1e-5 * length), 0.05 * length)
-        barrier = 0.01 * self.force * width * min(1.0, max(solution.residual, 0.1))
+        barrier = 0.01 * self.size.force * width * min(1.0, max(solution.residual, 0.1))
         _, move = largest_motion(self.step.nodes)
+        square = np.sum(contacts.touch.slip[contacts.active] ** 2, axis=1)
         slip = max(0.1 * min(move, 0.01 * length), 10.0 * self.last_slip)
-        for contact in solution.contacts:
-            square = np.sum(contact.touch.slip[contact.active] ** 2, axis=1)
-            slip = max(slip, 0.1 * float(np.sqrt(square.max(initial=0.0))))
-        return width, barrier, slip
+        return width, barrier, max(slip, 0.1 * math.sqrt(square.max(initial=0.0)))
 
     def _restart(self, start: Iterate, width: float, barrier: float, slip: float) -> None:
         """Go back to the start, with a wide barrier."""
@@ -581,10 +696,10 @@ class Newton:
         self.law = self.first._replace(sharp=False, barrier=barrier, slip=slip)
         widen(self.x, self.arrays.obstacles, self.arrays.radius, width, self.law.barrier)
 
-    def _sink(self, fraction: float, blocked: int, first: tuple[float, float, float]) -> int:
+    def _sink(
+        self, fraction: float, mean: float, blocked: int, first: tuple[float, float, float]
+    ) -> int:
         """Set the barrier and slip of the next pass from how the last step went."""
-        pairs = self.x.normal * self.x.slack * self.touchable
-        mean = float(pairs.sum()) / (len(pairs) * float(self.touchable.sum()))
         law = self.law
         if blocked == 2:
             width = min(3.0 * first[0], 0.1 * self.arrays.length)
@@ -599,34 +714,23 @@ class Newton:
         return blocked
 
     def _pass(self) -> Solution:
-        """Assemble and eliminate at the iterate; a Hessian that is not positive is shifted."""
-        arrays, x, law = self.arrays, self.x, self.law
-        nodal = self._loads()
-        contacts = contacts_at(x, arrays, self.touchable)
-        self._add(contacts, nodal)
-        energy = assemble(x, arrays.elements, self.elements)
-        unit, diagonal = self.force / arrays.length / arrays.count, np.arange(6)
-        self.shift = 0.1 * self.shift if self.shift > 1e-2 * unit else 0.0
-        while True:
-            shifted = nodal
-            if self.shift:
-                shifted = nodal._replace(tangent=nodal.tangent.copy())
-                shifted.tangent[:, diagonal, diagonal] += self.shift * self.mass
-            pivot = eliminate(self.elements, shifted, self.bearing, law.coupled, self.step)
-            done = pivot > 0.0 or not math.isfinite(pivot) or (law.sharp and contacts)
-            if done or self.shift > 1e9 * unit:
-                break
-            self.shift = max(10.0 * self.shift, 1e-2 * unit)
-        gradient = self.elements.gradient + nodal.gradient
-        residual = self._residual(gradient, contacts)
-        return Solution(
-            UNSTABLE, 0, energy, residual, pivot, gradient, self.elements.moments.copy(), contacts
+        """Return what is found at the iterate, and write the step from there."""
+        nodal, contacts = self._loads(), contacts_at(self.x, self.arrays, self.touchable)
+        energy, residual, pivot, self.shift = linearize(
+            self.law,
+            contacts,
+            self.x,
+            self.anchors,
+            self.arrays.elements,
+            self.bearing,
+            self.size,
+            self.shift,
+            nodal,
+            self.elements,
+            self.step,
         )
-
-    def _add(self, contacts: tuple[Contact, ...], nodal: Nodal) -> None:
-        """Add the contacts to gradient, drive and Hessian of the nodes."""
-        for contact in contacts:
-            contact_terms(self.law, contact, self.x, self.anchors, nodal)
+        moments = self.elements.moments.copy()
+        return Solution(UNSTABLE, 0, energy, residual, pivot, nodal.gradient, moments, contacts)
 
     def _loads(self) -> Nodal:
         """Return gradient and Hessian of loads at the nodes and of what is added."""
@@ -638,33 +742,3 @@ class Newton:
             self.added.add(self.x, nodal.gradient, nodal.tangent)
             nodal.drive[:] = nodal.gradient
         return nodal
-
-    def _residual(self, gradient: Array, contacts: tuple[Contact, ...]) -> float:
-        """Return the largest imbalance that is not a reaction at an end."""
-        couple, push, apart, within = largest_imbalance(
-            gradient, self.elements.chord, self.arrays.end_free, self.x.n
-        )
-        force = max(self.force, self.rounded * within)
-        length = self.arrays.length / LENGTH_WEIGHT
-        worst = [couple / max(self.moment, force * self.arrays.step), push / force, apart / length]
-        pair = 2.0 * self.last_barrier / self.tolerance
-        for each in contacts:
-            scales = (length, force, pair)
-            worst.append(contact_residual(self.law, each, self.x, *scales))
-        return math.nan if any(map(math.isnan, worst)) else max(worst)
-
-    def _advance(self, solution: Solution, max_move: float) -> tuple[float, float]:
-        """Take as much of the step as rotations, moves and the barrier allow."""
-        x, step = self.x, self.step.nodes
-        turn, move = largest_motion(step)
-        limit = min(1.0, MAX_ROTATION / max(turn, TINY), max_move / max(move, TINY))
-        primal = dual = limit
-        for contact in solution.contacts:
-            near, far = contact_step(self.law, contact, x, step)
-            primal, dual = min(primal, near), min(dual, far)
-        turn_nodes(x.q, step, primal, x.q)
-        x.p[:] += primal * step[:, 3:]
-        x.n[:] += dual * self.step.forces
-        for contact in solution.contacts:
-            take_step(self.law, contact, x, step, primal, dual)
-        return primal, dual

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from spiral_core.errors import InvalidInputError
 from spiral_core.numerics.kernel import compiled
@@ -118,17 +119,12 @@ def from_shape(problem: RodProblem, arrays: Arrays, start: RodState | Array) -> 
     return x
 
 
-def _contacts(point: Point) -> tuple[Array, Array, Array, Array]:
+def _contacts(point: Point) -> tuple[Array, Array, Array, NDArray[np.bool_]]:
     """Return normal forces, gaps, contact forces on the rod, and which nodes stick."""
-    arrays, x = point.arrays, point.x
-    shape = (len(arrays.obstacles), arrays.count + 1)
-    normal_forces, gaps = np.zeros(shape), np.zeros(shape)
-    forces, sticking = np.zeros((*shape, 3)), np.zeros(shape, dtype=bool)
-    for j, contact in enumerate(point.solution.contacts):
-        gaps[j], sticking[j] = contact.gap, contact.sticks
-        normal_forces[j] = x.normal[j] * contact.touchable
-        forces[j] = normal_forces[j][:, None] * contact.normal - contact.touch.tau
-    return normal_forces, gaps, forces, sticking
+    contacts = point.solution.contacts
+    normal_forces = point.x.normal * contacts.touchable
+    forces = normal_forces[:, :, None] * contacts.normal - contacts.touch.tau
+    return normal_forces, contacts.gap.copy(), forces, contacts.sticks
 
 
 def _held_inside(arrays: Arrays, gaps: Array) -> bool:

@@ -329,7 +329,7 @@ def _is_clear(here: Point) -> bool:
     """Return whether a rod is clear of every obstacle, but for its base."""
     arrays = here.arrays
     clear = -1e-3 * max(arrays.radius, 1e-3 * arrays.length)
-    return all(contact.gap[1:].min() > clear for contact in here.solution.contacts)
+    return bool((here.solution.contacts.gap[:, 1:] > clear).all())
 
 
 def checked_count(problems: Sequence[RodProblem], elements: int | None) -> int:

@@ -85,9 +85,8 @@ def at_rest(time: float, point: Point) -> Moment:
 
 def _release(x: Iterate, solution: Solution) -> None:
     """Take the forces from nodes that do not touch: an interior point leaves each node a little."""
-    for j, contact in enumerate(solution.contacts):
-        x.normal[j][~contact.active] = 0.0
-        x.friction[j][~contact.active] = 0.0
+    x.normal[~solution.contacts.active] = 0.0
+    x.friction[~solution.contacts.active] = 0.0
 
 
 def advanced(
@@ -200,8 +199,7 @@ def _solve(here: Point, arrays: Arrays, guess: Iterate, terms: StepTerms) -> Poi
     anchors = carried(here.x, here.anchors, here.arrays, arrays)
     largest = float(largest_moves(here).max())
     for x in (guess, _taken_along(here, arrays)):
-        newton = Newton(arrays, x, anchors, terms)
-        newton.tolerance, newton.rounded = TOLERANCE, 0.0
+        newton = Newton(arrays, x, anchors, terms, tolerance=TOLERANCE, rounded=0.0)
         solution = newton.run(largest)
         near = solution.pivot > 0.0 and solution.residual < ACCEPTED
         if near and moved_fraction(here, arrays, x.p) <= 1.0:

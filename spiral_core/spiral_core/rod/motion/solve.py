@@ -306,5 +306,6 @@ def _changes(here: Moment, after: Moment) -> list[tuple[EventKind, int]]:
 
 def _sticks(moment: Moment, j: int) -> bool:
     """Return whether every node in contact with an obstacle sticks."""
-    contact = moment.point.solution.contacts[j]
-    return contact.friction > 0.0 and bool(np.all(contact.sticks[contact.active]))
+    contacts = moment.point.solution.contacts
+    rubs = contacts.friction[j] > 0.0
+    return bool(rubs and np.all(contacts.sticks[j, contacts.active[j]]))
