@@ -330,7 +330,7 @@ class WindowEnd(Enum):
 
     LOST = "the coil loses stability"
     LIMIT = "the gripper's pressure limit"
-    PASSED_BY = "the coil is not wrapped far above the tip criterion's pressure"
+    PASSED_BY = "the coil is not wrapped above the tip criterion's pressure"
     SELF_CONTACT = "turns of the tube touch each other, which the model does not resist"
     NOT_FOLLOWED = "the tube finds no rest that could be certified"
 
