@@ -6,8 +6,10 @@ closes it in random base poses as well: any orientation, the object in the free 
 radius beside it. A random pose beats the search if it holds with over 10 % more force and has a
 larger region of capture than the best approach; only those that may hold so much, by few elements,
 are judged by their region: by the errors of the pose next larger than those of the best approach.
-Answers are kept in ``benchmarks/results/approach.jsonl`` as they come, first the forces of the
-random poses, then how they compare: a run that was interrupted goes on; delete the file, or its
+As in the search, what is not wrapped at the tip criterion's pressure does not grip.
+Answers are kept in ``benchmarks/results/approach.jsonl`` as they come, first numbers and forces of
+the random poses that grip, then how they compare: some ten minutes of two cores for each object, so
+that the file is part of the repository, and a run goes on where it ended. Delete the file, or its
 lines of the second kind, to begin anew.
 """
 
@@ -90,7 +92,7 @@ def contend(task: ApproachTask, force: float, size: float, pose: BasePose) -> bo
 
 
 def compare(
-    task: ApproachTask, poses: list[BasePose], forces: list[float | None], executor: Executor
+    task: ApproachTask, gripping: list[tuple[BasePose, float]], executor: Executor
 ) -> dict[str, float | int | None]:
     """Return the best of a search, and the number of random poses that are better."""
     search = Search(task, executor)
@@ -98,11 +100,7 @@ def compare(
     searched = [each for each in judged.values() if not each.refusal]
     best = max(searched, key=lambda each: each.score, default=None)
     force, size = (0.0, -1.0) if best is None else (MORE_FORCE * best.force, best.size + 1e-9)
-    strong = [
-        pose
-        for pose, coarse in zip(poses, forces, strict=True)
-        if coarse is not None and coarse >= SCREENED * force
-    ]
+    strong = [pose for pose, coarse in gripping if coarse >= SCREENED * force]
     found = None if best is None else best.size
     if 1e3 * size > ERRORS[-1]:  # no error is larger
         return {"size": found, "better": 0}
@@ -126,14 +124,16 @@ def main() -> None:
             task, rng = task_of(index), np.random.default_rng((SEED, index, 1))
             poses = [random_pose(task, rng) for _ in range(given.poses)]
             if "forces" not in own:
-                own["forces"] = list(executor.map(partial(coarse_force, task), poses))
+                forces = enumerate(executor.map(partial(coarse_force, task), poses))
+                own["forces"] = [(n, force) for n, force in forces if force is not None]
                 keep(file, {"object": index, "poses": given.poses, "forces": own["forces"]})
             if "better" not in own:
-                answer = compare(task, poses, own["forces"], executor)
+                gripping = [(poses[n], force) for n, force in own["forces"]]
+                answer = compare(task, gripping, executor)
                 keep(file, {"object": index, "poses": given.poses, **answer})
                 own.update(answer)
     some = list(found.values())
-    gripping = [sum(force is not None for force in each["forces"]) for each in some]
+    counts = [len(each["forces"]) for each in some]
     sizes = Counter(each["size"] for each in some if each["size"] is not None)
     rows = (
         ("objects", str(len(some))),
@@ -143,8 +143,8 @@ def main() -> None:
             (f"of these, best region {1e3 * size:.0f} mm", str(sizes[size]))
             for size in sorted(sizes)
         ),
-        ("objects that a random pose grips", str(sum(count > 0 for count in gripping))),
-        ("random poses that grip", str(sum(gripping))),
+        ("objects that a random pose grips", str(sum(count > 0 for count in counts))),
+        ("random poses that grip", str(sum(counts))),
         ("objects with a better random pose", str(sum(each["better"] > 0 for each in some))),
         ("better random poses", str(sum(each["better"] for each in some))),
     )

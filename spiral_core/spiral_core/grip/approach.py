@@ -47,7 +47,8 @@ UPRIGHT, PARALLEL, ALIKE = 0.087, 1e-3, 120
 # Poses are compared on so many elements, at these fractions of the tip criterion's pressure.
 SCREEN_ELEMENTS = 45
 SCREEN_PRESSURES = (0.3, 0.6, 0.75, 0.85, 0.9, *np.arange(0.94, 1.31, 0.04).tolist())
-# What grips is wrapped by then; what is not goes on to pass the object by, at twice the cost.
+# Of what grips 3 % wraps later, and holds with no error; the rest passes the object by, at twice
+# the cost.
 SCREEN_GIVE_UP = 1.0
 # Poses that are reported differ by more than this angle [rad], and there are so many.
 LEAST_ANGLE, REPORTED = math.radians(20.0), 3
