@@ -8,9 +8,9 @@ larger region of capture than the best approach; only those that may hold so muc
 are judged by their region: by the errors of the pose next larger than those of the best approach.
 As in the search, what is not wrapped at the tip criterion's pressure does not grip.
 Answers are kept in ``benchmarks/results/approach.jsonl`` as they come, first numbers and forces of
-the random poses that grip, then how they compare: some ten minutes of two cores for each object, so
-that the file is part of the repository, and a run goes on where it ended. Delete the file, or its
-lines of the second kind, to begin anew.
+the random poses that grip, then how they compare. Each object takes some ten minutes of processor:
+the file is part of the repository, and a run goes on where it ended. Delete it, or its lines of the
+second kind, to begin anew.
 """
 
 from __future__ import annotations

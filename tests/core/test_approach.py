@@ -27,7 +27,7 @@ from spiral_core.grip.approach import (
     screen_shifted,
 )
 from spiral_core.grip.capture import CaptureOutcome, close_misplaced
-from spiral_core.grip.window import GripPoint
+from spiral_core.grip.window import GripPoint, WindowEnd, grip_window
 
 pytestmark = pytest.mark.long
 
@@ -106,6 +106,20 @@ def test_a_search_is_recorded_by_rules_in_place_of_grips(tilt, monkeypatch):
     recorded(f"approach/{tilt}", [best, found.nearest, said, closed[::40], steps[::50]])
     again = find_approaches(task, known=kept, **given)
     assert (len(kept), again.tried) == (count, found.tried)
+
+
+def test_a_pose_that_is_not_wrapped_at_the_tip_criterion_s_pressure_is_given_up(monkeypatch):
+    windows = []
+
+    def watched(*given, **more):
+        windows.append(grip_window(*given, **more))
+        return windows[-1]
+
+    monkeypatch.setattr(approach, "grip_window", watched)
+    task = replace(UPRIGHT, object_axis=(1.4, 0.0, 1.0))
+    found = coarse_grip(task, candidate_poses(task, 1)[0])
+    assert found.refusal == windows[0].end.value == WindowEnd.PASSED_BY.value
+    assert 1.0 <= windows[0].top / windows[0].setup.tip_pressure < 1.03
 
 
 def test_a_first_error_of_each_kind_and_sense_tells_poses_apart():

@@ -32,8 +32,9 @@ from spiral_core.validation import (
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
 
-# Sizes at which the pressure is tabulated: brackets for the inverse, and where it stops rising.
-# Enough to show every minimum of the slope for laws of up to three constants.
+# Sizes at which the pressure is tabulated, besides the edges of its panels: brackets for the
+# inverse, and where it stops rising. Enough to show every minimum of the slope for laws of up to
+# three constants.
 TABLE_NODES = 129
 
 

@@ -511,7 +511,6 @@ def grip_window(
             break
         points.append(point)
         wrapped = wrapped or point.is_wrapped
-        # So far above the tip criterion's pressure no wrap will follow.
         passed = setup.tip_pressure is not None and pressure >= give_up * setup.tip_pressure
         if passed and not wrapped:
             end = WindowEnd.PASSED_BY
