@@ -145,9 +145,12 @@ def are_isolated(probes: list[Probe], sweep: Sweep) -> bool:
         position += 1
     for probe in others:
         probe.take()
-    if others:
+    silent, end = others, time.perf_counter() + TIMEOUT
+    while silent and time.perf_counter() < end:
         feed(others, sweep.part(position, 10))
-    followed = all(p.status.state == State.TRACKING and len(p.take()) > 0 for p in others)
+        position += 10
+        silent = [probe for probe in silent if not probe.take()]
+    followed = not silent and all(probe.status.state == State.TRACKING for probe in others)
     return first.status.state == State.FAULT and followed and _rates(others) <= {50.0}
 
 
