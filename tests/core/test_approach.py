@@ -84,7 +84,8 @@ def test_a_search_is_recorded_by_rules_in_place_of_grips(tilt, monkeypatch):
         held = norm(closed[-1][:4]) < 5.0 + 9.0 * pose.axis[2] - 300.0 * pose.shift[1]
         return SimpleNamespace(outcome=CaptureOutcome.HOLDS if held else CaptureOutcome.TOO_WEAK)
 
-    def region(*_, known, keep, **__):
+    def region(*_, outlines, known, keep, **__):
+        assert not outlines
         keep((0.0,) * 5, CaptureOutcome.HOLDS)
         return SimpleNamespace(semi_axes=np.array((3e-3, 2e-3, 0.02, 0.03, 1e-5 + len(known))))
 

@@ -17,7 +17,12 @@ from numpy.linalg import norm
 from numpy.testing import assert_allclose
 
 from spiral_core import Cylinder, GripSetup, Obstacle, Pull, lay_into_coil
-from spiral_core.grip.capture import CaptureOutcome, capture_region, close_misplaced
+from spiral_core.grip.capture import (
+    BALL_STEPS,
+    CaptureOutcome,
+    capture_region,
+    close_misplaced,
+)
 
 pytestmark = pytest.mark.long
 
@@ -113,6 +118,12 @@ def test_the_first_boundary_counts_and_the_ellipsoid_lies_within_both_outlines(r
     assert all(done <= total for done, total in seen)
     again = region_of(None, known=kept)
     assert ((again.limits == region.limits).all(), again.ball) == (True, region.ball)
+    rough = region_of(rule, outlines=False)
+    assert (rough.limits == region.limits).all()
+    assert rough.ball > region.ball - 1.0 / BALL_STEPS  # a notch between directions is not seen
+    assert [*map(len, (rough.shifts, rough.tilts))] == [8, 8]
+    assert set(rough.shifts + rough.tilts) <= set(region.shifts + region.tilts)
+    assert rough.closings < region.closings
 
 
 def ending(off=NOWHERE, payload=PAYLOAD, **options):

@@ -186,7 +186,7 @@ class Approach:
         pose: what the base sees.
         point: the grip at the recommended pressure.
         found: pressure, force and, unless the answer is coarse, the size of the region of capture.
-        region: of capture at that pressure; None in a coarse answer.
+        region: of capture at that pressure, without its outlines; None in a coarse answer.
     """
 
     task: ApproachTask
@@ -520,6 +520,7 @@ class Search:
             point.setup,
             point.pressure,
             self.task.payload,
+            outlines=False,
             executor=self.executor,
             progress=self.progress,
             known={key[10:]: one for key, one in self.known.items() if key[:10] == head},

@@ -263,6 +263,7 @@ def capture_region(
     pressure: float,
     payload: float | None = None,
     *,
+    outlines: bool = True,
     executor: Executor | None = None,
     progress: Progress | None = None,
     known: Mapping[Misplacement, CaptureOutcome] | None = None,
@@ -279,6 +280,8 @@ def capture_region(
         setup: the gripper and its object, a cylinder, in its place.
         pressure: up to which it closes [Pa], as a rule the recommended one.
         payload: mass of the object [kg]; see :func:`close_misplaced`.
+        outlines: whether the boundary is followed; limits and ball need it hardly, and take some
+            270 closings.
         executor: where; None closes one after the other, here.
         progress: called with the number of directions done and the number there are, after each
             closing.
@@ -306,7 +309,8 @@ def capture_region(
     last = np.eye(5)[4]
     found = closings.solve([_outwards(reach, way) for way in (*ways, -last, last)])
     first = [dict(zip(turns, found[n * DIRECTIONS :], strict=False)) for n in range(len(PLANES))]
-    shifts, tilts = map(partial(_followed, closings, reach), PLANES, first)
+    times = FOLLOWED if outlines else 0
+    shifts, tilts = map(partial(_followed, closings, reach, times), PLANES, first)
     region = replace(empty, shifts=shifts, tilts=tilts, radius=tuple(found[-2:]))
     ball, beyond = _ball(closings, region)
     return replace(region, ball=ball, ball_beyond=beyond, closings=len(closings.used))
@@ -403,16 +407,20 @@ def _outwards(reach: Array, way: Array, guess: float | None = None) -> Search:
 
 
 def _followed(
-    closings: _Closings, reach: Array, plane: tuple[int, int], outline: dict[float, Boundary]
+    closings: _Closings,
+    reach: Array,
+    times: int,
+    plane: tuple[int, int],
+    outline: dict[float, Boundary],
 ) -> tuple[Boundary, ...]:
-    """Return an outline with boundaries between its own, more of them where it is bent.
+    """Return an outline with boundaries between its own, up to so many times where it is bent.
 
     It is given by the direction, as a fraction of a turn, and its directions are even.
     """
     found = dict(outline)
     half = 0.5 / len(outline)
     turns = [turn + half for turn in outline]
-    for _ in range(FOLLOWED):
+    for _ in range(times):
         guesses = [
             _between(found[turn - half].fraction, found[(turn + half) % 1.0].fraction, half)
             for turn in turns
