@@ -92,18 +92,19 @@ demo: $(INSTALLED)
 	@trap ':' INT; $(BIN)/spiral_gripper_demo
 
 # Tests of one file share their node, so a file stays with one worker; those of the node, which take
-# longest, come first. They mostly wait: two workers for each core.
-JOBS ?= $(shell echo $$((2 * $$(getconf _NPROCESSORS_ONLN))))
-PYTEST = $(BIN)/pytest --numprocesses=$(JOBS) --dist=loadfile --no-loadscope-reorder
+# longest, come first. They mostly wait: two workers for each core; slow ones compute: one.
+CORES := $(shell getconf _NPROCESSORS_ONLN)
+JOBS ?= $(shell echo $$((2 * $(CORES))))
+PYTEST = $(BIN)/pytest --dist=loadfile --no-loadscope-reorder
 
 test: lint $(COMPILED)
-	$(PYTEST) -m 'not slow' $(TESTS)
+	$(PYTEST) --numprocesses=$(JOBS) -m 'not slow' $(TESTS)
 
 test-fast: lint $(COMPILED)
-	$(PYTEST) -m 'not slow and not long' $(WITHOUT_ROS)
+	$(PYTEST) --numprocesses=$(JOBS) -m 'not slow and not long' $(WITHOUT_ROS)
 
 test-slow: $(INSTALLED_DEV) $(COMPILED)
-	$(PYTEST) -m slow $(TESTS)
+	$(PYTEST) --numprocesses=$(CORES) -m slow $(TESTS)
 
 lint: $(INSTALLED_DEV)
 	$(BIN)/ruff format --check . || { echo 'make format fixes this.'; exit 1; }
