@@ -13,7 +13,7 @@ from numpy.linalg import norm
 from numpy.testing import assert_allclose
 from scipy.spatial.transform import Rotation
 
-from spiral_core import ApproachTask, find_approaches
+from spiral_core import ApproachTask, NoCoilError, find_approaches
 from spiral_core.grip import approach
 from spiral_core.grip.approach import (
     BasePose,
@@ -107,6 +107,53 @@ def test_a_search_is_recorded_by_rules_in_place_of_grips(tilt, monkeypatch):
     recorded(f"approach/{tilt}", [best, found.nearest, said, closed[::40], steps[::50]])
     again = find_approaches(task, known=kept, **given)
     assert (len(kept), again.tried) == (count, found.tried)
+
+
+@pytest.mark.parametrize("task", [UPRIGHT, LEVEL, LEANING])
+def test_a_centered_pose_has_the_object_where_its_misplacement_is(task):
+    center = (7e-3, -4e-3, 0.1, -0.2, 0.0)
+    for pose in candidate_poses(task, 2)[::4]:
+        there = approach_setup(task, pose).moved(np.array((0.0, *center[:4]))).obstacle
+        moved = approach.centered(task, pose, center)
+        here = approach_setup(task, moved)
+        assert_allclose(here.obstacle.position, there.position, atol=1e-12)
+        assert_allclose(here.axis, replace(here, obstacle=there).axis, atol=1e-12)
+        assert_allclose(np.dot(moved.gravity, moved.axis), task.down @ task.axis, atol=1e-12)
+        assert approach.centered(task, pose, ()) is pose
+
+
+@pytest.mark.parametrize(
+    ("tilt_max", "refused", "size", "center"),
+    [
+        (pi, False, 9e-3, (7.5e-3, 0.0, 0.0, radians(6.0), 0.0)),
+        (radians(5.0), False, 2e-3, ()),  # the base must not turn so far
+        (pi, True, 2e-3, ()),
+    ],
+)
+def test_an_object_is_moved_to_the_middle_of_its_region(
+    tilt_max, refused, size, center, monkeypatch
+):
+    """10 mm about a place 7.5 mm farther away, and 10 degrees about a direction 6 degrees off."""
+    task = replace(UPRIGHT, tilt_max=tilt_max)
+    middle = approach_setup(task, HANGING).moved(np.array((0.0, 7.5e-3, 0.0, 0.0, radians(6.0))))
+
+    def gripped(task, pose):
+        if refused and pose != HANGING:
+            raise NoCoilError(1.0, 2.0, 3.0)
+        return GripPoint(7e4, approach_setup(task, pose), None)
+
+    def close(setup, _, off, *__):
+        there = setup.moved(np.array((0.0, *off[:4])))
+        near = norm(np.subtract(there.obstacle.position, middle.obstacle.position)) < 10e-3
+        held = near and there.axis @ middle.axis > cos(radians(10.0))
+        return SimpleNamespace(outcome=CaptureOutcome.HOLDS if held else CaptureOutcome.TOO_WEAK)
+
+    monkeypatch.setattr(approach, "gripped", gripped)
+    monkeypatch.setattr(approach, "close_misplaced", close)
+    monkeypatch.setattr(approach, "holding_force", lambda *_: SimpleNamespace(force=0.7))
+    found = approach.judge(task, HANGING)
+    assert_allclose((found.size, found.force, found.pressure), (size, 0.7, 7e4))
+    assert_allclose(found.center, center, atol=1e-12)
 
 
 def test_a_pose_that_is_not_wrapped_at_the_tip_criterion_s_pressure_is_given_up(monkeypatch):

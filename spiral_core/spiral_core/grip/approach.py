@@ -8,6 +8,7 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
@@ -17,7 +18,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from spiral_core.errors import NoCoilError, NotGrippableError, SolverError, SpiralError
-from spiral_core.grip.capture import CaptureOutcome, CaptureRegion, capture_region, close_misplaced
+from spiral_core.grip.capture import (
+    CaptureOutcome,
+    CaptureRegion,
+    Misplacement,
+    capture_region,
+    close_misplaced,
+    middle_of,
+)
 from spiral_core.grip.grip import Grip, recommended_grip
 from spiral_core.grip.holding import Pull, holding_force
 from spiral_core.grip.places import FARTHEST_SHIFT, evenly, missing_to_wrap
@@ -33,6 +41,7 @@ from spiral_core.validation import (
     require_kind,
     require_non_negative,
     require_positive,
+    require_vector,
 )
 from spiral_core.wrap.gripper import Gripper
 
@@ -61,11 +70,14 @@ JUDGED = 16
 # They are judged by errors of the pose in each direction alone: multiples of a millimeter and a
 # degree; on the way there by one of them. Regions that differ by less than half a millimeter are
 # equal [m].
-ERRORS, FIRST_ERROR = (2.0, 4.0, 6.0, 9.0, 13.0), 6.0
+ERRORS, FIRST_ERROR = (2.0, 4.0, 6.0, 9.0, 13.0, 18.0), 6.0
 # Components of an error and their senses; those in which a grip is lost most often come first.
 WAYS = ((3, 1), (0, -1), (2, 1), (2, -1), (3, -1), (0, 1), (1, -1), (1, 1))
 UNIT_ERRORS = np.array((1e-3, 1e-3, math.radians(1.0), math.radians(1.0), 1e-3))
 EQUAL_REGIONS = 0.5e-3
+# Components of an error along which the middle of the region is looked for, one after the other, in
+# so many millimeters or degrees, so often at most.
+CENTERED, CENTER_STEP, CENTER_STEPS = (0, 1, 3, 2, 0, 1), 3.0, 6
 
 REFUSALS = (NotGrippableError, NoCoilError, SolverError)
 # Name of the stage, numbers of the pose and, in the region of capture, of the misplacement.
@@ -153,6 +165,7 @@ class Trial:
         force: that holds the object against gravity [N].
         size: of the region of capture [m], as far as known: largest root of the sum of squares of
             the errors of the pose, two shifts and two tilts, a degree counted as a millimeter.
+        center: misplacement of the object (5,) by which the pose was changed for this; or empty.
 
     Raises:
         InvalidInputError: a value is not finite; ``missing`` may be infinite.
@@ -163,8 +176,11 @@ class Trial:
     pressure: float = 0.0
     force: float = 0.0
     size: float = 0.0
+    center: Misplacement = ()
 
     def __post_init__(self) -> None:
+        if self.center:
+            object.__setattr__(self, "center", require_vector("center", self.center, 5))
         for name in ("pressure", "force", "size"):
             require_finite(name, getattr(self, name))
         if self.missing != math.inf:
@@ -253,6 +269,24 @@ def approach_setup(task: ApproachTask, pose: BasePose, elements: int | None = No
     gripper = task.mounted(pose.gravity, pose.axis)
     setup = lay_into_coil(gripper, task.radius, elements=elements)
     return replace(setup, obstacle=setup.obstacle.moved(pose.shift))
+
+
+def centered(task: ApproachTask, pose: BasePose, center: Misplacement) -> BasePose:
+    """Return a pose in which the object lies where a misplacement (5,) of it puts it.
+
+    The base is turned with the object: their angle to gravity stays the object's in the world.
+
+    Raises:
+        NotGrippableError, NoCoilError, SolverError: see :func:`approach_setup`.
+    """
+    if not any(center):
+        return pose
+    setup = approach_setup(task, pose)
+    turn = Rotation.from_rotvec(np.array(center[2:4]) @ setup.frame[1:])
+    gravity, axis = (vector_of(turn.apply(each)) for each in (pose.gravity, pose.axis))
+    there = setup.moved(np.array((0.0, *center[:4]))).obstacle.position
+    here = approach_setup(task, BasePose(gravity, axis)).obstacle.position
+    return BasePose(gravity, axis, vector_of(np.subtract(there, here)))
 
 
 def base_rotation(task: ApproachTask, pose: BasePose) -> Rotation:
@@ -361,14 +395,39 @@ def screen_shifted(task: ApproachTask, pose: BasePose) -> Trial:
 def judge(task: ApproachTask, pose: BasePose) -> Trial:
     """Return what a pose holds, and the size of its region of capture by one error at a time.
 
-    What holds with some errors is taken to hold with smaller ones: half of the sizes are asked.
+    Or of the pose in which the object lies in the middle of that region, where that is better.
     """
     try:
         point = gripped(task, pose)
     except REFUSALS as error:  # of a pose that wraps on few elements
         return Trial(_reason(error), 0.0)
+    found = [_sized(task, point)]
+    center = _middle(task, point)
+    with suppress(*REFUSALS):
+        moved = centered(task, pose, center)
+        if any(center) and tilt_of(moved) <= task.tilt_max:
+            found.append(replace(_sized(task, gripped(task, moved)), center=center))
+    return max(found, key=lambda trial: trial.score)
+
+
+def _sized(task: ApproachTask, point: GripPoint) -> Trial:
+    """Return what a grip holds, and with which error.
+
+    What holds with some errors is taken to hold with smaller ones: half of the sizes are asked.
+    """
     held = bisect_left(ERRORS, True, key=lambda size: not holds_shifted(point, size, task.payload))
     return _held(point, (0.0, *ERRORS)[held])
+
+
+def _middle(task: ApproachTask, point: GripPoint) -> Misplacement:
+    """Return the misplacement (5,) of the object to the middle of a grip's region of capture."""
+
+    def holds(off: Array) -> bool:
+        closed = close_misplaced(point.setup, point.pressure, off, task.payload, SCREEN_ELEMENTS)
+        return closed.outcome is CaptureOutcome.HOLDS
+
+    steps = CENTER_STEP * np.diag(UNIT_ERRORS)
+    return tuple(middle_of(holds, [steps[way] for way in CENTERED], CENTER_STEPS).tolist())
 
 
 def holds_shifted(point: GripPoint, size: float, payload: float | None = None) -> bool:
@@ -412,9 +471,9 @@ def find_approaches(
 
     Poses spread over all orientations within the limit are closed on few elements and, unless
     coarse, with a first error of the pose. If hardly any grips, others follow around those that
-    come nearest, turned and shifted. Of those that differ the size of the region of capture is
-    estimated, first of those that hold with the error, then of the strongest; the three best of all
-    get their whole region.
+    come nearest, turned and shifted. Of those that differ, first those that hold with the error,
+    then the strongest, the region of capture is estimated, and the pose moved to its middle; the
+    three best of all get their whole region.
 
     Args:
         task: the object in the world, and the limit of the arm.
@@ -489,11 +548,12 @@ class Search:
         return tried
 
     def judged(self, tried: Mapping[BasePose, Trial], *, coarse: bool) -> dict[BasePose, Trial]:
-        """Return the poses that grip; unless coarse the best, with their regions' size."""
+        """Return the poses that grip; unless coarse the best, centered, with a region's size."""
         gripping = {pose: trial for pose, trial in tried.items() if not trial.refusal}
         if coarse:
             return gripping
-        return self.solve(judge, distinct(self.task, gripping, JUDGED))
+        found = self.solve(judge, distinct(self.task, gripping, JUDGED))
+        return {centered(self.task, pose, trial.center): trial for pose, trial in found.items()}
 
     def solve(self, stage: Stage, poses: Sequence[BasePose]) -> dict[BasePose, Trial]:
         """Return what poses do."""

@@ -345,20 +345,32 @@ def safe_shift(
         outcome = close_misplaced(setup, pressure, off, payload).outcome
         return outcome is CaptureOutcome.HOLDS
 
-    aim, steps = np.zeros(5), np.arange(1.0, 2.0 * CENTERED_REACH + 1.0) * 0.5 * wanted
-    if not holds(aim):
+    if not holds(np.zeros(5)):
         return 0.0, (0.0, 0.0)
-    for number in range(CENTERED):
-        way = np.eye(5)[SHIFTS[number % len(SHIFTS)]]
-        ends = [
-            sum(1 for _ in takewhile(holds, (aim + sign * step * way for step in steps)))
-            for sign in (1.0, -1.0)
-        ]
-        aim = aim + 0.25 * wanted * (ends[0] - ends[1]) * way
+    chords = [0.5 * wanted * np.eye(5)[SHIFTS[number % 2]] for number in range(CENTERED)]
+    aim = middle_of(holds, chords, int(2.0 * CENTERED_REACH))
     ways = [_in_plane(SHIFTS, number / DIRECTIONS) for number in range(DIRECTIONS)]
     sizes = SHIFT_PART * wanted * np.arange(0.0, 2.0 / SHIFT_PART + 1.0)
     held = takewhile(lambda size: all(holds(aim + size * way) for way in ways), sizes.tolist())
     return max(held, default=0.0), (float(aim[0]), float(aim[1]))
+
+
+def middle_of(holds: Callable[[Array], bool], steps: Sequence[Array], count: int) -> Array:
+    """Return the middle of what holds (5,): from no misplacement along one way after the other.
+
+    Args:
+        holds: whether a misplacement (5,) is held.
+        steps: along each way (5,), outwards in both senses up to the first that is not held.
+        count: of steps at most.
+    """
+    aim = np.zeros(5)
+    for step in steps:
+        up, down = (
+            sum(1 for _ in takewhile(holds, (aim + n * way for n in range(1, count + 1))))
+            for way in (step, -step)
+        )
+        aim = aim + 0.5 * (up - down) * step
+    return aim
 
 
 def _in_plane(plane: tuple[int, int], turn: float) -> Array:
