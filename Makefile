@@ -95,16 +95,17 @@ demo: $(INSTALLED)
 # longest, come first. They mostly wait: two workers for each core; slow ones compute: one.
 CORES := $(shell getconf _NPROCESSORS_ONLN)
 JOBS ?= $(shell echo $$((2 * $(CORES))))
-PYTEST = $(BIN)/pytest --dist=loadfile --no-loadscope-reorder
+PYTEST = $(BIN)/pytest --numprocesses=$(JOBS) --dist=loadfile --no-loadscope-reorder
 
 test: lint $(COMPILED)
-	$(PYTEST) --numprocesses=$(JOBS) -m 'not slow' $(TESTS)
+	$(PYTEST) -m 'not slow' $(TESTS)
 
 test-fast: lint $(COMPILED)
-	$(PYTEST) --numprocesses=$(JOBS) -m 'not slow and not long' $(WITHOUT_ROS)
+	$(PYTEST) -m 'not slow and not long' $(WITHOUT_ROS)
 
+test-slow: JOBS = $(CORES)
 test-slow: $(INSTALLED_DEV) $(COMPILED)
-	$(PYTEST) --numprocesses=$(CORES) -m slow $(TESTS)
+	$(PYTEST) -m slow $(TESTS)
 
 lint: $(INSTALLED_DEV)
 	$(BIN)/ruff format --check . || { echo 'make format fixes this.'; exit 1; }

@@ -421,22 +421,20 @@ def _sized(task: ApproachTask, point: GripPoint) -> Trial:
 
 def _middle(task: ApproachTask, point: GripPoint) -> Misplacement:
     """Return the misplacement (5,) of the object to the middle of a grip's region of capture."""
-
-    def holds(off: Array) -> bool:
-        closed = close_misplaced(point.setup, point.pressure, off, task.payload, SCREEN_ELEMENTS)
-        return closed.outcome is CaptureOutcome.HOLDS
-
-    steps = CENTER_STEP * np.diag(UNIT_ERRORS)
+    holds, steps = partial(_holds, point, task.payload), CENTER_STEP * np.diag(UNIT_ERRORS)
     return tuple(middle_of(holds, [steps[way] for way in CENTERED], CENTER_STEPS).tolist())
 
 
 def holds_shifted(point: GripPoint, size: float, payload: float | None = None) -> bool:
     """Return whether a grip holds with each error of the pose alone, millimeters and degrees."""
-    closings = (
-        close_misplaced(point.setup, point.pressure, off, payload, SCREEN_ELEMENTS)
-        for off in (sense * size * np.diag(UNIT_ERRORS)[way] for way, sense in WAYS)
-    )
-    return all(closed.outcome is CaptureOutcome.HOLDS for closed in closings)
+    errors = size * np.diag(UNIT_ERRORS)
+    return all(_holds(point, payload, sense * errors[way]) for way, sense in WAYS)
+
+
+def _holds(point: GripPoint, payload: float | None, off: Array) -> bool:
+    """Return whether a grip holds with a misplacement (5,), by few elements."""
+    closed = close_misplaced(point.setup, point.pressure, off, payload, SCREEN_ELEMENTS)
+    return closed.outcome is CaptureOutcome.HOLDS
 
 
 def gripped(task: ApproachTask, pose: BasePose) -> GripPoint:

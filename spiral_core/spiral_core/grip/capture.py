@@ -280,8 +280,8 @@ def capture_region(
         setup: the gripper and its object, a cylinder, in its place.
         pressure: up to which it closes [Pa], as a rule the recommended one.
         payload: mass of the object [kg]; see :func:`close_misplaced`.
-        outlines: whether the boundary is followed; limits and ball need it hardly, and take some
-            270 closings.
+        outlines: whether the boundary is followed between the directions above. Without it there
+            are some 270 closings; the limits are the same, the ball is hardly another.
         executor: where; None closes one after the other, here.
         progress: called with the number of directions done and the number there are, after each
             closing.
@@ -356,7 +356,7 @@ def safe_shift(
 
 
 def middle_of(holds: Callable[[Array], bool], steps: Sequence[Array], count: int) -> Array:
-    """Return the middle of what holds (5,): from no misplacement along one way after the other.
+    """Return the middle of what holds (5,), looked for along one way after the other.
 
     Args:
         holds: whether a misplacement (5,) is held.
@@ -425,7 +425,7 @@ def _followed(
     plane: tuple[int, int],
     outline: dict[float, Boundary],
 ) -> tuple[Boundary, ...]:
-    """Return an outline with boundaries between its own, up to so many times where it is bent.
+    """Return an outline with boundaries between its own: once, then up to so many times where bent.
 
     It is given by the direction, as a fraction of a turn, and its directions are even.
     """
