@@ -2,7 +2,7 @@
 """How an arm should hold the gripper: poses in the world, symmetry, the search for the best."""
 
 from dataclasses import replace
-from math import cos, pi, radians
+from math import cos, pi, radians, sin
 from types import SimpleNamespace
 
 import numpy as np
@@ -27,6 +27,7 @@ from spiral_core.grip.approach import (
     screen_shifted,
 )
 from spiral_core.grip.capture import CaptureOutcome, close_misplaced
+from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import GripPoint, WindowEnd, grip_window
 
 pytestmark = pytest.mark.long
@@ -117,7 +118,9 @@ def test_a_centered_pose_has_the_object_where_its_misplacement_is(task):
         moved = approach.centered(task, pose, center)
         here = approach_setup(task, moved)
         assert_allclose(here.obstacle.position, there.position, atol=1e-12)
-        assert_allclose(here.axis, replace(here, obstacle=there).axis, atol=1e-12)
+        assert_allclose(
+            norm(np.cross(here.axis, replace(here, obstacle=there).axis)), 0, atol=1e-12
+        )
         assert_allclose(np.dot(moved.gravity, moved.axis), task.down @ task.axis, atol=1e-12)
         assert approach.centered(task, pose, ()) is pose
 
@@ -170,20 +173,39 @@ def test_a_pose_that_is_not_wrapped_at_the_tip_criterion_s_pressure_is_given_up(
     assert 1.0 <= windows[0].top / windows[0].setup.tip_pressure < 1.03
 
 
-def test_a_first_error_of_each_kind_and_sense_tells_poses_apart():
-    """6 mm and 6 degrees: of two poses that hold, one does so with each of them alone."""
+def test_first_errors_of_each_kind_and_sense_tell_poses_apart():
+    """Millimeters and degrees: what is held with each of them alone."""
     sizes = []
     for task, pose in (UPRIGHT, HANGING), (LEANING, candidate_poses(LEANING, 1)[0]):
         point = coarse_grip(task, pose)
-        off = np.diag((6e-3, 6e-3, radians(6.0), radians(6.0), 0.0))[:4]
-        ends = [
-            close_misplaced(point.setup, point.pressure, one).outcome is CaptureOutcome.HOLDS
-            for one in (*off, *-off)
-        ]
+        held = [0.0]
+        for size in approach.FIRST_ERRORS:
+            off = np.diag(size * np.array((1e-3, 1e-3, radians(1.0), radians(1.0), 0.0)))[:4]
+            ends = [
+                close_misplaced(point.setup, point.pressure, one).outcome is CaptureOutcome.HOLDS
+                for one in (*off, *-off)
+            ]
+            held += [1e-3 * size] if all(ends) else []
         found = screen_shifted(task, pose)
-        assert found == replace(screen(task, pose), size=6e-3 if all(ends) else 0.0)
+        assert found == replace(screen(task, pose), size=max(held))
         sizes.append(found.size)
-    assert sizes == [6e-3, 0.0]
+    assert sizes[0] > sizes[1]
+
+
+def test_objects_are_tried_along_the_coil_and_leaning_from_it():
+    """Their end to which the coil advances toward the base, by up to 24 degrees, on the cone."""
+    for task in (LEANING, replace(LEANING, object_axis=(2.0, 0.0, 1.0)), LEVEL):
+        for first in range(0, 9, 4):
+            down = candidate_poses(task, 6)[first].gravity
+            poses = [pose for pose in candidate_poses(task, 6) if pose.gravity == down]
+            along, away, _ = lay_into_coil(task.mounted(down), task.radius).frame
+            for lean in (0.0, 12.0, 24.0):
+                line = cos(radians(lean)) * along - sin(radians(lean)) * away
+                angles = np.linspace(0.0, 2.0 * pi, 361)[:, None] * np.array(down)
+                every = Rotation.from_rotvec(angles).apply(poses[0].axis)
+                best = np.abs(every @ line).max()
+                near = max(abs(np.dot(pose.axis, line)) for pose in poses)
+                assert best - 0.08 < near < best + 1e-9  # turns in steps of 10 degrees
 
 
 def test_a_coarse_search_finds_poses_that_hold(monkeypatch):

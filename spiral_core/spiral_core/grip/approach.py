@@ -47,9 +47,10 @@ from spiral_core.wrap.gripper import Gripper
 
 # Directions of gravity in the base frame that a search begins with: in a coarse one, in a full one.
 COARSE_DIRECTIONS, DIRECTIONS = 30, 60
-# Turns of the object about gravity; tried are the one that lies nearest to the coil's own axis, and
-# the fourth after it, 20 degrees away.
-TURNS, EVERY, TRIED = 36, 4, 2
+# Turns of the object about gravity; tried are those nearest to the free coil's axis, and to lines
+# that lean from it: the end to which the coil advances toward the base. Objects that lean so are
+# held with larger errors, others with more force.
+TURNS, LEANS = 36, np.radians((0.0, 12.0, 24.0))
 # Below this sine of the angle between gravity and object, 5 degrees, a turn about gravity changes
 # nothing that counts; below the second one it is not defined. Steps of such turns.
 UPRIGHT, PARALLEL, ALIKE = 0.087, 1e-3, 120
@@ -66,11 +67,11 @@ LEAST_ANGLE, REPORTED = math.radians(20.0), 3
 NEAREST, AROUND, PARTS = 4, 10, (1.0, 0.5, 0.25)
 LARGEST_TURN = math.radians(25.0)
 # Of the best so many distinct ones are judged by their region of capture.
-JUDGED = 16
+JUDGED = 12
 # They are judged by errors of the pose in each direction alone: multiples of a millimeter and a
-# degree; on the way there by one of them. Regions that differ by less than half a millimeter are
+# degree; on the way there by two of them. Regions that differ by less than half a millimeter are
 # equal [m].
-ERRORS, FIRST_ERROR = (2.0, 4.0, 6.0, 9.0, 13.0, 18.0), 6.0
+ERRORS, FIRST_ERRORS = (2.0, 4.0, 6.0, 9.0, 13.0, 18.0), (4.0, 9.0)
 # Components of an error and their senses; those in which a grip is lost most often come first.
 WAYS = ((3, 1), (0, -1), (2, 1), (2, -1), (3, -1), (0, 1), (1, -1), (1, 1))
 UNIT_ERRORS = np.array((1e-3, 1e-3, math.radians(1.0), math.radians(1.0), 1e-3))
@@ -333,7 +334,7 @@ def candidate_poses(task: ApproachTask, directions: int = DIRECTIONS) -> tuple[B
 
     Gravity lies along each axis of the base frame, hanging, upright and level, and along a spiral
     on the sphere. The object is turned about gravity to where it lies nearest to the axis of the
-    coil that hangs there freely.
+    coil that hangs there freely, and to lines that lean from it.
     """
     number = np.arange(directions) + 0.5
     x = 1.0 - (1.0 - math.cos(task.tilt_max)) * number / directions
@@ -349,13 +350,14 @@ def _turned(task: ApproachTask, down: Array) -> list[BasePose]:
     gravity = vector_of(down)
     if task.sine < PARALLEL:
         return [BasePose(gravity, gravity)]
-    try:
-        coil = lay_into_coil(task.mounted(gravity), task.radius).axis
-    except REFUSALS:  # as every pose of this direction will be
-        coil = down
     axes = _turns(down, TURNS).apply(_aligned(down, task.down).apply(task.axis))
-    nearest = np.argsort(-np.abs(axes @ coil), kind="stable")[: EVERY * TRIED : EVERY]
-    return [BasePose(gravity, vector_of(axis)) for axis in axes[nearest]]
+    try:
+        along, away, _ = lay_into_coil(task.mounted(gravity), task.radius).frame
+    except REFUSALS:  # as every pose of this direction will be
+        return [BasePose(gravity, vector_of(axes[0]))]
+    lines = np.outer(along, np.cos(LEANS)) - np.outer(away, np.sin(LEANS))
+    nearest = np.abs(axes @ lines).round(9).argmax(axis=0).tolist()  # the first of equal ones
+    return [BasePose(gravity, vector_of(axes[turn])) for turn in dict.fromkeys(nearest)]
 
 
 def _turns(axis: Array, count: int) -> Rotation:
@@ -385,11 +387,9 @@ def screen(task: ApproachTask, pose: BasePose) -> Trial:
 
 
 def screen_shifted(task: ApproachTask, pose: BasePose) -> Trial:
-    """Return what :func:`screen` does, and whether the pose holds with a first error."""
+    """Return what :func:`screen` does, and whether the pose holds with first errors."""
     found = coarse_grip(task, pose)
-    if isinstance(found, Trial):
-        return found
-    return _held(found, FIRST_ERROR if holds_shifted(found, FIRST_ERROR) else 0.0)
+    return found if isinstance(found, Trial) else _sized(found, None, FIRST_ERRORS)
 
 
 def judge(task: ApproachTask, pose: BasePose) -> Trial:
@@ -401,22 +401,23 @@ def judge(task: ApproachTask, pose: BasePose) -> Trial:
         point = gripped(task, pose)
     except REFUSALS as error:  # of a pose that wraps on few elements
         return Trial(_reason(error), 0.0)
-    found = [_sized(task, point)]
+    found = [_sized(point, task.payload, ERRORS)]
     center = _middle(task, point)
     with suppress(*REFUSALS):
         moved = centered(task, pose, center)
         if any(center) and tilt_of(moved) <= task.tilt_max:
-            found.append(replace(_sized(task, gripped(task, moved)), center=center))
+            sized = _sized(gripped(task, moved), task.payload, ERRORS)
+            found.append(replace(sized, center=center))
     return max(found, key=lambda trial: trial.score)
 
 
-def _sized(task: ApproachTask, point: GripPoint) -> Trial:
-    """Return what a grip holds, and with which error.
+def _sized(point: GripPoint, payload: float | None, sizes: Sequence[float]) -> Trial:
+    """Return what a grip holds, and with which of some errors.
 
     What holds with some errors is taken to hold with smaller ones: half of the sizes are asked.
     """
-    held = bisect_left(ERRORS, True, key=lambda size: not holds_shifted(point, size, task.payload))
-    return _held(point, (0.0, *ERRORS)[held])
+    held = bisect_left(sizes, True, key=lambda size: not holds_shifted(point, size, payload))
+    return _held(point, (0.0, *sizes)[held])
 
 
 def _middle(task: ApproachTask, point: GripPoint) -> Misplacement:
@@ -468,8 +469,8 @@ def find_approaches(
     """Return the base poses that grip an object best.
 
     Poses spread over all orientations within the limit are closed on few elements and, unless
-    coarse, with a first error of the pose. If hardly any grips, others follow around those that
-    come nearest, turned and shifted. Of those that differ, first those that hold with the error,
+    coarse, with first errors of the pose. If hardly any grips, others follow around those that come
+    nearest, turned and shifted. Of those that differ, first those that hold with larger errors,
     then the strongest, the region of capture is estimated, and the pose moved to its middle; the
     three best of all get their whole region.
 
