@@ -73,6 +73,6 @@ def test_where_nothing_grips_the_reasons_and_the_nearest_are_printed(said, monke
 
     monkeypatch.setattr(approach, "screen", screen)
     printed = said(UPRIGHT, code=1)
-    assert "76 x too far" in printed
+    assert "70 x too far" in printed
     nearest_pose = "the nearest: with the tube at the base along +0.000 +0.000 -1.000"
     assert (nearest_pose in printed) is nearest

@@ -46,7 +46,7 @@ from spiral_core.validation import (
 from spiral_core.wrap.gripper import Gripper
 
 # Directions of gravity in the base frame that a search begins with: in a coarse one, in a full one.
-COARSE_DIRECTIONS, DIRECTIONS = 30, 60
+COARSE_DIRECTIONS, DIRECTIONS = 24, 60
 # Turns of the object about gravity; tried are those nearest to the free coil's axis, and to lines
 # that lean from it: the end to which the coil advances toward the base. Objects that lean so are
 # held with larger errors, others with more force.
