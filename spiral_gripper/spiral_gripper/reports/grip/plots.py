@@ -300,8 +300,8 @@ def approach_figure(answer: ApproachAnswer, title: str) -> Figure:
         flange = turned_surface(ends, np.full(OBJECT_RINGS, 1.5 * outer))
         flange = flange._replace(colors=0.6 * flange.colors)
         draw_surfaces(axes, [*coil_surfaces(point), flange], right, -down)
-        middle = in_units(ends.mean(axis=0) @ np.stack((right, -down)).T, "m")
-        axes.text(*middle, "arm", ha="center", va="center", color="white", fontsize=6)
+        x, y = in_units(ends.mean(axis=0) @ np.stack((right, -down)).T, "m")
+        axes.text(x, y, "arm", ha="center", va="center", color="white", fontsize=6)
         axes.annotate(
             "gravity",
             (0.15, 0.03),
