@@ -145,7 +145,8 @@ def test_an_object_is_moved_to_the_middle_of_its_region(
             raise NoCoilError(1.0, 2.0, 3.0)
         return GripPoint(7e4, approach_setup(task, pose), None)
 
-    def close(setup, _, off, *__):
+    def close(setup, _, off, payload, elements):
+        assert (payload, elements) == (task.payload, approach.SCREEN_ELEMENTS)
         there = setup.moved(np.array((0.0, *off[:4])))
         near = norm(np.subtract(there.obstacle.position, middle.obstacle.position)) < 10e-3
         held = near and there.axis @ middle.axis > cos(radians(10.0))
@@ -194,8 +195,9 @@ def test_first_errors_of_each_kind_and_sense_tell_poses_apart():
 
 def test_objects_are_tried_along_the_coil_and_leaning_from_it():
     """Their end to which the coil advances toward the base, by up to 24 degrees, on the cone."""
-    for task in (LEANING, replace(LEANING, object_axis=(2.0, 0.0, 1.0)), LEVEL):
-        for first in range(0, 9, 4):
+    weak = replace(LEANING, gravity=(0.0, 0.0, -0.1))  # upright, the coil advances upwards
+    for task in (LEANING, replace(LEANING, object_axis=(2.0, 0.0, 1.0)), LEVEL, weak):
+        for first in range(0, 12, 4):
             down = candidate_poses(task, 6)[first].gravity
             poses = [pose for pose in candidate_poses(task, 6) if pose.gravity == down]
             along, away, _ = lay_into_coil(task.mounted(down), task.radius).frame
@@ -205,7 +207,7 @@ def test_objects_are_tried_along_the_coil_and_leaning_from_it():
                 every = Rotation.from_rotvec(angles).apply(poses[0].axis)
                 best = np.abs(every @ line).max()
                 near = max(abs(np.dot(pose.axis, line)) for pose in poses)
-                assert best - 0.08 < near < best + 1e-9  # turns in steps of 10 degrees
+                assert best - 0.004 < near < best + 1e-3  # turns in steps of 10 degrees
 
 
 def test_a_coarse_search_finds_poses_that_hold(monkeypatch):
