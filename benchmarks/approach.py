@@ -5,8 +5,8 @@
 closes it in random base poses as well: any orientation, the object in the free coil or up to half a
 radius beside it. A random pose beats the search if it holds with over 10 % more force and has a
 larger region of capture than the best approach; only those that may hold so much, by few elements,
-are judged by their region: by the errors of the pose next larger than those of the best approach,
-or by the largest asked, 18 mm, if it holds with these.
+are judged by their region: by the errors of the pose next larger than those of the best approach;
+where that holds with the largest asked, by these.
 As in the search, what is not wrapped at the tip criterion's pressure does not grip.
 Answers are kept in ``benchmarks/results/approach.jsonl`` as they come, first numbers and forces of
 the random poses that grip, then how they compare. Each object takes some ten minutes of processor:

@@ -118,9 +118,9 @@ def test_a_centered_pose_has_the_object_where_its_misplacement_is(task):
         moved = approach.centered(task, pose, center)
         here = approach_setup(task, moved)
         assert_allclose(here.obstacle.position, there.position, atol=1e-12)
-        assert_allclose(
-            norm(np.cross(here.axis, replace(here, obstacle=there).axis)), 0, atol=1e-12
-        )
+        axis = replace(here, obstacle=there).axis
+        sense = np.sign(axis @ here.axis) if task is LEVEL else 1.0  # of a cylinder either
+        assert_allclose(here.axis, sense * axis, atol=1e-12)
         assert_allclose(np.dot(moved.gravity, moved.axis), task.down @ task.axis, atol=1e-12)
         assert approach.centered(task, pose, ()) is pose
 
@@ -176,11 +176,11 @@ def test_a_pose_that_is_not_wrapped_at_the_tip_criterion_s_pressure_is_given_up(
 
 def test_first_errors_of_each_kind_and_sense_tell_poses_apart():
     """Millimeters and degrees: what is held with each of them alone."""
-    sizes = []
-    for task, pose in (UPRIGHT, HANGING), (LEANING, candidate_poses(LEANING, 1)[0]):
+    sizes, leaning = [], candidate_poses(LEANING, 1)
+    for task, pose in (UPRIGHT, HANGING), (LEANING, leaning[0]), (LEANING, leaning[14]):
         point = coarse_grip(task, pose)
         held = [0.0]
-        for size in approach.FIRST_ERRORS:
+        for size in (4.0, 9.0):
             off = np.diag(size * np.array((1e-3, 1e-3, radians(1.0), radians(1.0), 0.0)))[:4]
             ends = [
                 close_misplaced(point.setup, point.pressure, one).outcome is CaptureOutcome.HOLDS
@@ -190,7 +190,7 @@ def test_first_errors_of_each_kind_and_sense_tell_poses_apart():
         found = screen_shifted(task, pose)
         assert found == replace(screen(task, pose), size=max(held))
         sizes.append(found.size)
-    assert sizes[0] > sizes[1]
+    assert_allclose(sizes, (4e-3, 0.0, 9e-3), rtol=1e-12)
 
 
 def test_objects_are_tried_along_the_coil_and_leaning_from_it():
@@ -207,7 +207,7 @@ def test_objects_are_tried_along_the_coil_and_leaning_from_it():
                 every = Rotation.from_rotvec(angles).apply(poses[0].axis)
                 best = np.abs(every @ line).max()
                 near = max(abs(np.dot(pose.axis, line)) for pose in poses)
-                assert best - 0.004 < near < best + 1e-3  # turns in steps of 10 degrees
+                assert best - 0.004 < near < best + 1e-4  # turns in steps of 10 degrees
 
 
 def test_a_coarse_search_finds_poses_that_hold(monkeypatch):

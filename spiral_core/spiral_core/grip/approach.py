@@ -49,7 +49,7 @@ from spiral_core.wrap.gripper import Gripper
 COARSE_DIRECTIONS, DIRECTIONS = 24, 60
 # Turns of the object about gravity; tried are those nearest to the free coil's axis, and to lines
 # that lean from it: the end to which the coil advances toward the base. Objects that lean so are
-# held with larger errors, others with more force.
+# often held with larger errors, others with more force.
 TURNS, LEANS = 36, np.radians((0.0, 12.0, 24.0))
 # Below this sine of the angle between gravity and object, 5 degrees, a turn about gravity changes
 # nothing that counts; below the second one it is not defined. Steps of such turns.
