@@ -110,6 +110,14 @@ def test_a_search_is_recorded_by_rules_in_place_of_grips(tilt, monkeypatch):
     assert (len(kept), again.tried) == (count, found.tried)
 
 
+def test_reasons_that_differ_in_figures_are_counted_together():
+    poses = candidate_poses(UPRIGHT, 1)
+    said = ("0.5 turns at 3 kPa", "0.25 turns at 12.5 kPa", "", "0.5 turns at 3 Pa")
+    tried = {pose: Trial(each) for pose, each in zip(poses, said, strict=False)}
+    reasons = approach.ApproachAnswer(UPRIGHT, (), tried).reasons
+    assert reasons == {"0.5 turns at 3 kPa": 2, "0.5 turns at 3 Pa": 1}
+
+
 @pytest.mark.parametrize("task", [UPRIGHT, LEVEL, LEANING])
 def test_a_centered_pose_has_the_object_where_its_misplacement_is(task):
     center = (7e-3, -4e-3, 0.1, -0.2, 0.0)

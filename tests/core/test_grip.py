@@ -232,6 +232,11 @@ def test_what_is_said_to_be_carried_at_most_is_carried():
         pressure = grip.recommended_pressure(payload)
         assert holding_force(found.at(pressure), Pull.DOWN).force >= 2.0 * payload * G
     assert_allclose(grip.payload_ratio(most), grip.force(Pull.DOWN) / (most * G))
+    lost = window("upright")
+    for whole, outside in ((found, 0.9 * onset), (lost, lost.top)):
+        with pytest.raises(NotGrippableError, match="no pressure looked at is between") as refusal:
+            solved(whole, (Pull.DOWN,), [outside]).recommended_pressure(1e-4)
+        assert refusal.value.margin < 0.0
     # A payload is judged within the pressures looked at.
     low, high = 1.02 * onset, 1.04 * onset
     assert low <= solved(found, (Pull.DOWN,), [low, high]).recommended_pressure(1e-4) <= high

@@ -72,7 +72,9 @@ def test_where_nothing_grips_the_reasons_and_the_nearest_are_printed(said, monke
         return Trial("too far", 1.0 - pose.gravity[0] if nearest else math.inf)
 
     monkeypatch.setattr(approach, "screen", screen)
-    printed = said(UPRIGHT, code=1)
+    printed = said(UPRIGHT, "--results kept.jsonl", code=1)
     assert "70 x too far" in printed
+    assert "Infinity" not in Path("kept.jsonl").read_text("utf-8")
+    assert said(UPRIGHT, "--results kept.jsonl", code=1) == printed.removesuffix(" closing ...")
     nearest_pose = "the nearest: with the tube at the base along +0.000 +0.000 -1.000"
     assert (nearest_pose in printed) is nearest

@@ -2,13 +2,14 @@
 """The command ``capture``: limits in rows, data and a picture, and a file from which it goes on."""
 
 import math
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from edge.recorded import cases
 
-from spiral_core import lay_into_coil
-from spiral_core.grip import capture
+from spiral_core import NotGrippableError, lay_into_coil
+from spiral_core.grip import capture, grip
 from spiral_core.grip.capture import CaptureOutcome, MisplacedGrip, capture_region
 from spiral_core.rod.state import RodStatus
 from spiral_gripper import load_description
@@ -56,6 +57,13 @@ def test_programs_get_si_and_a_file_to_go_on_from(closed, answer):
     for option in ("--payload 20g", "--friction 0.4"):
         answer(asked, option)
     assert len(closed) == 3 * found["closings"]
+
+
+def test_what_no_pressure_holds_is_not_held_in_its_place(closed, said, monkeypatch):
+    refusal = NotGrippableError(0.015, "no pressure holds it", -1.0, None)
+    monkeypatch.setattr(grip, "recommended_grip", Mock(side_effect=refusal))
+    assert "not held: the object cannot be gripped: no pressure holds it" in said(ASKED, code=1)
+    assert not closed
 
 
 @pytest.mark.usefixtures("closed")

@@ -21,6 +21,16 @@ def test_without_gravity_a_tube_at_rest_is_straight(answer):
     assert free["positions"][-1] == pytest.approx([0.5, 0.0, 0.0], abs=1e-9)
 
 
+def test_a_direction_of_gravity_keeps_the_magnitude_of_the_file(answer, mine):
+    text, asked = mine.read_text("utf-8"), "shape mine.yaml --pressure 20kPa"
+    for magnitude, own in ((1.62, 1.62), (0.0, 9.80665)):
+        changed = text.replace("gravity_magnitude: 9.80665", f"gravity_magnitude: {magnitude}")
+        mine.write_text(changed, "utf-8")
+        assert answer(asked)["gravity"] == [magnitude, 0.0, 0.0]
+        assert answer(asked, "--gravity-direction 0 2 0")["gravity"] == [0.0, own, 0.0]
+        assert answer(asked, "--gravity-magnitude 3m/s^2")["gravity"] == [3.0, 0.0, 0.0]
+
+
 # What is asked, and what both commands say: a regime, or why not.
 QUESTIONS = {
     "prototype_p1 --radius 16.5mm --gravity-direction -0.719 0.678 0.152 --object-axis 1 0 0": (

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -80,6 +81,7 @@ EQUAL_REGIONS = 0.5e-3
 # so many millimeters or degrees, so often at most.
 CENTERED, CENTER_STEP, CENTER_STEPS = (0, 1, 3, 2, 0, 1), 3.0, 6
 
+FIGURE = re.compile(r"\d+(\.\d+)?")
 REFUSALS = (NotGrippableError, NoCoilError, SolverError)
 # Name of the stage, numbers of the pose and, in the region of capture, of the misplacement.
 Key = tuple[Any, ...]
@@ -251,8 +253,10 @@ class ApproachAnswer:
 
     @property
     def reasons(self) -> Counter[str]:
-        """Why poses do not grip, with their numbers."""
-        return Counter(trial.refusal for trial in self.tried.values() if trial.refusal)
+        """Why poses do not grip, with their numbers; of alike ones the first."""
+        alike: dict[str, str] = {}
+        refusals = [trial.refusal for trial in self.tried.values() if trial.refusal]
+        return Counter(alike.setdefault(FIGURE.sub("", each), each) for each in refusals)
 
 
 Stage = Callable[[ApproachTask, BasePose], Trial]

@@ -209,7 +209,16 @@ class Grip:
         """
         at, ratio, tries = self.pressures, self.payload_ratio(payload), 0
         held = np.zeros(0)
+        low, end = float(grid[0]), float(grid[-1])
         possible = grid = grid[(at[0] <= grid) & (grid <= at[-1])]
+        if not grid.size:
+            reason = Message(
+                "no pressure looked at is between {} and {}, where a payload may be carried",
+                Quantity(low, "Pa"),
+                Quantity(end, "Pa"),
+            )
+            gap = float(min(at[-1] - low, end - at[0]))
+            raise NotGrippableError(self._radius, reason, gap, None)
         while possible.size:
             chosen = float(possible[np.argmin(np.abs(possible - best))])
             place = int(np.searchsorted(at, chosen))

@@ -60,10 +60,12 @@ def capture(
     to one pressure, with contact and friction, on the object in many misplacements: shifted across
     its axis, tilted, thicker or thinner. Exit code 1: it is not held in its place.
     """
+    from spiral_core.errors import NotGrippableError
     from spiral_core.grip.capture import CaptureOutcome, capture_region
     from spiral_core.grip.grip import recommended_grip
     from spiral_core.grip.setup import lay_into_coil
     from spiral_gripper.files.regions import SUFFIX, write_region
+    from spiral_gripper.files.shown import shown_message
     from spiral_gripper.reports.grip.capture import CAPTURE
     from spiral_gripper.reports.grip.study import capture_file
 
@@ -72,13 +74,17 @@ def capture(
         own_file_beside(description, gripper, SUFFIX)
     mount = mounted(description.gripper, options)
     if payload is not None and not any(mount.gravity):
-        raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
+        raise click.UsageError("--payload needs gravity, and the mount has none")
     if pressure is not None:
         require_pressure(description, pressure, typed("pressure"))
     setup = lay_into_coil(mount, radius, friction=friction)
     if pressure is None:
-        with progress_bar("closing, then pulling") as progress:
-            pressure = recommended_grip(setup, payload, progress).pressure
+        try:
+            with progress_bar("closing, then pulling") as progress:
+                pressure = recommended_grip(setup, payload, progress).pressure
+        except NotGrippableError as error:
+            click.echo(f"not held: {shown_message(error)}", err=True)
+            return 1
     store = capture_file(results, setup, pressure, payload)
     with computing("closing") as (executor, progress):
         region = capture_region(

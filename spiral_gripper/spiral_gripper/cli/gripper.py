@@ -227,7 +227,7 @@ def grip(
     for pressure, text in zip(question.pressures, texts, strict=True):
         require_pressure(description, pressure, text)
     if question.payload is not None and not any(mount.gravity):
-        raise click.UsageError("--payload needs gravity, and --gravity-magnitude leaves it out")
+        raise click.UsageError("--payload needs gravity, and the mount has none")
     question = located(question, find_place)
     with progress_bar("closing, then pulling") as progress:
         solved = solve_question(question, progress)
@@ -356,8 +356,7 @@ def located(question: GripQuestion, find_place: bool) -> GripQuestion:
 
 def mounted(gripper: Gripper, options: dict[str, Any]) -> Gripper:
     """Return a gripper with the mount that the options state."""
-    own = gripper.gravity if any(gripper.gravity) else (1.0, 0.0, 0.0)
-    gravity = gravity_from(options, unit_vector("gravity", own))
+    gravity = gravity_from(options, gripper.gravity)
     axis = options.pop("object_axis")
     if gravity is not None:
         gripper = replace(gripper, gravity=gravity)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -107,7 +108,7 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
     tubing = load_tubing(options.pop("tubing"))
     sizes = tuple(parse_tube_size(text) for text in options.pop("tubes"))
     preference = options.pop("prefer", PREFERENCES[0]).upper().replace("-", "_")
-    gravity = gravity_from(options, (1.0, 0.0, 0.0))
+    gravity = gravity_from(options)
     axis = options.pop("object_axis")
     axis = axis and unit_vector("--object-axis", axis)
     names = {field.name for field in dataclasses.fields(DesignRequirement)}
@@ -127,12 +128,12 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
     return requirement
 
 
-def gravity_from(options: dict[str, Any], default: Vector) -> Vector | None:
+def gravity_from(options: dict[str, Any], own: Vector = (0.0, 0.0, 0.0)) -> Vector | None:
     """Return the acceleration that the mount options state [m/s^2]; None if they state none.
 
     Args:
         options: both mount options are removed from them.
-        default: direction, where only the magnitude is given.
+        own: acceleration of which that is kept which the options do not state [m/s^2].
 
     Raises:
         click.BadParameter: the direction is none.
@@ -140,17 +141,22 @@ def gravity_from(options: dict[str, Any], default: Vector) -> Vector | None:
     direction, magnitude = options.pop("gravity_direction"), options.pop("gravity_magnitude")
     if not direction and magnitude is None:
         return None
-    return gravity_of(direction or default, magnitude)
+    return gravity_of(own, direction, magnitude)
 
 
-def gravity_of(direction: tuple[float, ...], magnitude: float | None = None) -> Vector:
-    """Return an acceleration [m/s^2]; without a magnitude it is the Earth's.
+def gravity_of(
+    own: Vector, direction: tuple[float, ...] | None, magnitude: float | None = None
+) -> Vector:
+    """Return an acceleration [m/s^2]; what is not given is that of another.
+
+    Where that is zero: the Earth's, along the tube of a gripper that hangs.
 
     Raises:
         click.BadParameter: the direction is none.
     """
-    from spiral_core.wrap.gripper import STANDARD_GRAVITY
+    from spiral_core.wrap.gripper import HANGING
 
-    size = STANDARD_GRAVITY if magnitude is None else magnitude
-    x, y, z = unit_vector("--gravity-direction", direction)
+    own = own if any(own) else HANGING
+    size = math.hypot(*own) if magnitude is None else magnitude
+    x, y, z = unit_vector("--gravity-direction", direction or own)
     return (size * x, size * y, size * z)

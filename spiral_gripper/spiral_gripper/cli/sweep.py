@@ -169,7 +169,7 @@ def grips(
     --radius, --friction and --gravity-direction may be repeated. Forces are those at each grip's
     recommended pressure after slow closing. Ctrl-C prints the grips that are done; exit code 1.
     """
-    from spiral_core.grip.grip import GripOutcome, grip_cases, solve_cases
+    from spiral_core.grip.grip import GripCase, GripOutcome, grip_cases, solve_cases
     from spiral_gripper.cli.gripper import described
     from spiral_gripper.reports.grip.study import (
         ResultFile,
@@ -178,9 +178,10 @@ def grips(
         print_outcomes,
     )
 
-    gravities = [gravity_of(direction) for direction in directions]
-    designs = [described(name).gripper for name in grippers]
-    cases = grip_cases(designs, radii, frictions or None, gravities or None)
+    cases: tuple[GripCase, ...] = ()
+    for own in [described(name).gripper for name in grippers]:
+        gravities = [gravity_of(own.gravity, direction) for direction in directions]
+        cases += grip_cases([own], radii, frictions or None, gravities or None)
     keys, store = [key_of(case) for case in cases], ResultFile(results, (), GripOutcome)
     known = {n: store.known[key] for n, key in enumerate(keys) if key in store.known}
     done = dict(known)

@@ -61,8 +61,8 @@ def reason_of(error: OSError) -> str:
     return known or (error.strerror or "the system gives no reason").lower()
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a plain file of at most :data:`LARGEST_FILE` bytes, in UTF-8.
+def read_text(path: Path, most: int = LARGEST_FILE) -> str:
+    """Return the text of a plain file of at most so many bytes, in UTF-8.
 
     Raises:
         FileError: there is no such file, it is a device or a pipe, too large, or not UTF-8 text.
@@ -72,9 +72,9 @@ def read_text(path: Path) -> str:
             other = "it is a device or a pipe, not a plain file"
             raise FileError(str(path), "read", "it is a folder" if path.is_dir() else other)
         with path.open("rb") as file:
-            data = file.read(LARGEST_FILE + 1)
-    if len(data) > LARGEST_FILE:
-        limit = f"it has more than {LARGEST_FILE / 1e6:g} MB"
+            data = file.read(most + 1)
+    if len(data) > most:
+        limit = f"it has more than {most / 1e6:g} MB"
         raise FileError(str(path), "read", f"{limit}, the most that is read")
     try:
         return data.decode("utf-8-sig")

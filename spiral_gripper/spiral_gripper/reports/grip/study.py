@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, fields, is_dataclass
 from importlib.metadata import version
-from itertools import groupby
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -26,8 +25,8 @@ from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message
 from spiral_gripper.files.storage import FileError, read_text, reason_of, write_file
 
-# Pressures at which two grippers' rods are compared, to tell whether they are the same.
-COMPARED_PRESSURES = 9
+# A grip has some 500 bytes.
+LARGEST_RESULTS = 100_000_000
 
 Result: TypeAlias = GripOutcome | Trial | CaptureOutcome
 
@@ -54,7 +53,7 @@ class ResultFile:
         self.known: dict[Any, Any] = {}
         if path is None or not path.exists():
             return
-        text = read_text(path)
+        text = read_text(path, LARGEST_RESULTS)
         whole = text
         last = text[text.rfind("\n") + 1 :]
         if '{"case"'.startswith(last[:7]):  # an interruption cut the last line off
@@ -66,7 +65,7 @@ class ResultFile:
                 found = CaptureOutcome[outcome] if isinstance(outcome, str) else kind(**outcome)
                 own = {tuple(key): found} if of == self._case else {}
             except (ValueError, KeyError, TypeError):
-                requirement = "an outcome of a study, in JSON"
+                requirement = "an outcome of a study by this command, in JSON"
                 raise InvalidInputError(f"{path}: line {count}", line, requirement) from None
             self.known |= own
         if whole != text:
@@ -80,7 +79,11 @@ class ResultFile:
         """
         if self._path is None:
             return
-        outcome = result.name if isinstance(result, CaptureOutcome) else asdict(result)
+        if isinstance(result, CaptureOutcome):
+            outcome: Any = result.name
+        else:  # what is infinite by default has no number in JSON
+            values = asdict(result).items()
+            outcome = {name: value for name, value in values if value != math.inf}
         try:
             with self._path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps({"case": [*self._case, key], "outcome": outcome}) + "\n")
@@ -129,8 +132,11 @@ def print_outcomes(
 ) -> None:
     """Print a table for each gripper and mount; refusals with their reason below."""
     pairs = list(zip(cases, outcomes, strict=True))
-    for _, group in groupby(pairs, key=lambda pair: pair[0].gripper):
-        console.print(_table(list(group)))
+    groups: dict[Gripper, list[tuple[GripCase, GripOutcome]]] = {}
+    for pair in pairs:
+        groups.setdefault(pair[0].gripper, []).append(pair)
+    for group in groups.values():
+        console.print(_table(group))
     for case, outcome in pairs:
         if outcome.refusal:
             name, radius = case.gripper.name, shown(case.radius, "m")
@@ -176,15 +182,18 @@ def key_of(case: GripCase) -> tuple[Any, ...]:
 
 
 def _digest(gripper: Gripper) -> str:
-    """Return a digest of what a grip depends on: rod and weight over pressure, the version."""
-    shapes = [
-        gripper.unloaded_shape(float(pressure))
-        for pressure in np.linspace(0.0, gripper.pressure_max, COMPARED_PRESSURES)
-    ]
-    rods = [(asdict(gripper.rod(shape)), gripper.weight(shape)) for shape in shapes]
-    limits = (gripper.pressure_max, gripper.object_axis, gripper.turns_required)
-    return _digest_of((version("spiral-gripper"), asdict(gripper.tube), shapes, rods, limits))
+    """Return a digest of what a grip depends on beside mount and friction, with the version."""
+    names = "tube actuation stiffness weight_per_length pressure_max object_axis turns_required"
+    return _digest_of((version("spiral-gripper"), [getattr(gripper, n) for n in names.split()]))
 
 
 def _digest_of(content: object) -> str:
-    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
+    return hashlib.sha256(repr(_plain(content)).encode()).hexdigest()[:16]
+
+
+def _plain(value: Any) -> object:  # noqa: ANN401
+    """Return all that makes two values equal: a dataclass may shorten its own text."""
+    if is_dataclass(value):
+        compared = [getattr(value, field.name) for field in fields(value) if field.compare]
+        return (type(value).__name__, _plain(compared))
+    return [_plain(each) for each in value] if isinstance(value, (list, tuple)) else value
