@@ -187,3 +187,18 @@ def test_a_tip_that_alone_rests_on_a_floor_follows_it():
     assert np.flatnonzero(state.touching[0]).tolist() == [40]
     # The bent tip also moves along the floor, by its slope.
     assert found.positions[2, -1] == pytest.approx((0.0, 0.0, 1.0), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "other", [(0.0, 0.0, 0.0), (0.0, 0.0, 0.7), (1e-12, 1e-10, 0.0), (0.5, 0, 0)]
+)
+def test_where_obstacles_share_a_load_in_any_way_there_are_no_derivatives(other):
+    """One floor given twice, or as two that hardly differ; not a slope beside it, in a corner."""
+    rod, below = replace(ROD, radius=2e-3), floor(-5e-3)
+    side = below.moved(rotation=other)
+    load = RodLoad((0.0, 0.1 * (other[0] == 0.5), -0.3))
+    state = solve_rod(rod, load, obstacles=(below, side), elements=40)
+    found = differentiate(state, ("obstacle_position", "stiffness"))
+    assert found.bounded == (other[0] == 0.5)
+    assert np.isfinite(found.contact_forces).all() == found.bounded
+    assert (state.touching.sum(axis=0) > 1).any()

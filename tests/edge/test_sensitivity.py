@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The option ``--sensitivity``: what every input changes, against the commands' own answers."""
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -18,7 +19,13 @@ from spiral_gripper.cli import workers
 from spiral_gripper.files.description import load_description, parse_description
 from spiral_gripper.reports.grip import sensitivity
 from spiral_gripper.reports.grip.document import GripQuestion, setup_of
-from spiral_gripper.reports.grip.sensitivity import METHODS, solve_sensitivity
+from spiral_gripper.reports.grip.sensitivity import (
+    GRIP,
+    METHODS,
+    Sensitivity,
+    Varied,
+    solve_sensitivity,
+)
 
 RADIUS = 0.02
 DESCRIPTION = load_description("paper_design_70")
@@ -65,6 +72,23 @@ def test_an_input_without_such_a_gripper_comes_first():
     first = every.inputs[0]
     assert (first.input.name, first.more) == ("fiber angle alpha", {})
     assert next(every.table().columns[1].cells).endswith("/ none")
+
+
+def test_a_pressure_is_not_raised_above_the_limit_and_what_is_unknown_is_no_loss():
+    setup, limit = setup_of(QUESTION)[0], QUESTION.gripper.pressure_max
+    changes = []
+    for pressure in (0.5 * limit, 0.97 * limit, limit):
+        *_, last = sensitivity.inputs_of(GRIP, QUESTION, DESCRIPTION, setup, pressure)
+        if last.name == "pressure":
+            changes.append([side[1] / pressure - 1.0 for side in (last.less, last.more)])
+            assert last.more[1] <= limit
+    assert_allclose(changes, [(-0.05, 0.05), (1.0 - 1.0 / 0.97, 1.0 / 0.97 - 1.0)])
+    base = dict.fromkeys(GRIP.columns, 2.0)
+    unknown = Sensitivity(last, base | {GRIP.ranked: math.nan}, base | {GRIP.ranked: 2.5})
+    lost = Sensitivity(last, base | {GRIP.ranked: None}, {})
+    assert (unknown.size(base, GRIP.ranked), lost.size(base, GRIP.ranked)) == (0.5, math.inf)
+    cells = Varied(GRIP, base, (unknown, lost)).table().columns[1].cells
+    assert list(cells) == ["? / +25", "none / none"]
 
 
 def test_an_onset_is_sharp_enough_to_be_compared():

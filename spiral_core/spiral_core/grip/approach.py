@@ -48,6 +48,8 @@ from spiral_core.wrap.gripper import Gripper
 
 # Directions of gravity in the base frame that a search begins with: in a coarse one, in a full one.
 COARSE_DIRECTIONS, DIRECTIONS = 24, 60
+# Fewer where the arm cannot tilt: they are not closer than this to each other [rad].
+CLOSEST = math.radians(3.0)
 # Turns of the object about gravity; tried are those nearest to the free coil's axis, and to lines
 # that lean from it: the end to which the coil advances toward the base. Objects that lean so are
 # often held with larger errors, others with more force.
@@ -340,8 +342,10 @@ def candidate_poses(task: ApproachTask, directions: int = DIRECTIONS) -> tuple[B
     on the sphere. The object is turned about gravity to where it lies nearest to the axis of the
     coil that hangs there freely, and to lines that lean from it.
     """
+    height = 1.0 - math.cos(task.tilt_max)
+    directions = min(directions, math.ceil(2.0 * math.pi * height / CLOSEST**2))
     number = np.arange(directions) + 0.5
-    x = 1.0 - (1.0 - math.cos(task.tilt_max)) * number / directions
+    x = 1.0 - height * number / directions
     turn, across = number * math.pi * (3.0 - math.sqrt(5.0)), np.sqrt(1.0 - x * x)
     spiral = np.stack((x, across * np.cos(turn), across * np.sin(turn)), axis=1)
     downs = np.concatenate((np.eye(3), 0.0 - np.eye(3), spiral))
@@ -374,10 +378,12 @@ def coarse_grip(task: ApproachTask, pose: BasePose) -> GripPoint | Trial:
     try:
         setup = approach_setup(task, pose, SCREEN_ELEMENTS)
         pressures = np.array(SCREEN_PRESSURES) * (setup.tip_pressure or 0.0)
-        reached = pressures[pressures <= setup.gripper.pressure_max]
-        window = grip_window(setup, reached, give_up=SCREEN_GIVE_UP)
+        limit = setup.gripper.pressure_max
+        looked_at = np.unique(np.minimum(pressures, limit))
+        window = grip_window(setup, looked_at, give_up=SCREEN_GIVE_UP)
         if window.onset_wrap is None:
-            passed = WindowEnd.PASSED_BY if window.end is WindowEnd.LIMIT else window.end
+            is_all = window.end is not WindowEnd.LIMIT or window.top >= limit
+            passed = window.end if is_all else WindowEnd.PASSED_BY
             return Trial(passed.value, missing_to_wrap(window))
         return window.at(Grip(window, (), {}).recommended_pressure())
     except REFUSALS as error:
@@ -409,7 +415,10 @@ def judge(task: ApproachTask, pose: BasePose) -> Trial:
     center = _middle(task, point)
     with suppress(*REFUSALS):
         moved = centered(task, pose, center)
-        if any(center) and tilt_of(moved) <= task.tilt_max:
+        if tilt_of(moved) > task.tilt_max:  # the shifts alone
+            center = (*center[:2], 0.0, 0.0, 0.0)
+            moved = centered(task, pose, center)
+        if any(center):
             sized = _sized(gripped(task, moved), task.payload, ERRORS)
             found.append(replace(sized, center=center))
     return max(found, key=lambda trial: trial.score)
@@ -433,6 +442,8 @@ def _middle(task: ApproachTask, point: GripPoint) -> Misplacement:
 def holds_shifted(point: GripPoint, size: float, payload: float | None = None) -> bool:
     """Return whether a grip holds with each error of the pose alone, millimeters and degrees."""
     errors = size * np.diag(UNIT_ERRORS)
+    if errors[2, 2] >= point.setup.balance_angle:  # the tube may fall to another side
+        return False
     return all(_holds(point, payload, sense * errors[way]) for way, sense in WAYS)
 
 
@@ -571,10 +582,14 @@ class Search:
         reach = FARTHEST_SHIFT * (self.task.radius + self.task.gripper.tube.outer_radius)
         others = []
         for pose, step in product(poses, part * evenly(AROUND, 6)):
-            turn = Rotation.from_rotvec(LARGEST_TURN * step[:3])
-            gravity, axis = (vector_of(turn.apply(each)) for each in (pose.gravity, pose.axis))
-            others.append(BasePose(gravity, axis, vector_of(pose.shift + reach * step[3:])))
-        return [each for each in others if tilt_of(each) <= self.task.tilt_max]
+            shift = vector_of(pose.shift + reach * step[3:])
+            for turned in (step[:3], step[0] * np.eye(3)[0]):  # or rolled alone
+                turn = Rotation.from_rotvec(LARGEST_TURN * turned)
+                gravity, axis = (vector_of(turn.apply(each)) for each in (pose.gravity, pose.axis))
+                if tilt_of(BasePose(gravity, axis)) <= self.task.tilt_max:
+                    others.append(BasePose(gravity, axis, shift))
+                    break
+        return others
 
     def with_region(self, approach: Approach) -> Approach:
         """Return an approach with its region of capture, and the size of that."""
@@ -589,7 +604,8 @@ class Search:
             known={key[10:]: one for key, one in self.known.items() if key[:10] == head},
             keep=lambda place, outcome: self.note((*head, *place), outcome),
         )
-        size = 1e-3 * float((region.semi_axes / UNIT_ERRORS)[:4].min())
+        errors = [*(region.semi_axes / UNIT_ERRORS)[:4], np.degrees(point.setup.balance_angle)]
+        size = 1e-3 * float(min(errors))
         return replace(approach, found=replace(approach.found, size=size), region=region)
 
     def note(self, key: Key, found: Found) -> None:

@@ -123,17 +123,27 @@ class GripSetup:
         return require_positive("payload", payload) * math.hypot(*self.gripper.gravity)
 
     @property
-    def falls_by_choice(self) -> bool:
-        """Whether nothing says to which side the tube without pressure falls.
+    def balance_angle(self) -> float:
+        """Angle of the base to an upright one, about which the tube falls to other sides [rad].
 
-        That is an upright one, to a millionth, too heavy to stand: taken to fall to the side to
-        which it bends. Where the object stands between, another side may be another grip.
+        Infinite for a tube that can stand. Where the object stands between, another side may be
+        another grip.
         """
         shape = self.gripper.unloaded_shape(0.0)
         down, *across = np.asarray(self.gripper.load(shape).distributed).tolist()
         bending = np.linalg.eigvalsh(self.gripper.stiffness.matrix[1:, 1:]).min()
-        upright = down < 0.0 and math.hypot(*across) <= NO_SIDE * -down
-        return bool(upright and -down * shape.backbone_length**3 > TALLEST_COLUMN * bending)
+        if math.hypot(down, *across) * shape.backbone_length**3 <= TALLEST_COLUMN * bending:
+            return math.inf
+        return math.atan2(math.hypot(*across), -down)
+
+    @property
+    def falls_by_choice(self) -> bool:
+        """Whether nothing says to which side the tube without pressure falls.
+
+        That is an upright one, to a millionth, too heavy to stand: taken to fall to the side to
+        which it bends.
+        """
+        return self.balance_angle <= NO_SIDE
 
     def problem(self, pressure: float, obstacle: Obstacle | None = None) -> RodProblem:
         """Return the contact problem at a pressure [Pa], with friction.

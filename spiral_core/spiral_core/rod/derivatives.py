@@ -20,7 +20,7 @@ from spiral_core.rod._algebra import matrices
 from spiral_core.rod._derivatives import band_of, element_columns, free_differences
 from spiral_core.rod._profiles import UniformRod
 from spiral_core.rod._system import uniform_system
-from spiral_core.rod.contact._contact import STICK_SLIPS, Law, contact_terms, no_touch
+from spiral_core.rod.contact._contact import STICK_SLIPS, Contacts, Law, contact_terms, no_touch
 from spiral_core.rod.contact._continuation import Point
 from spiral_core.rod.contact._mesh import last_slip
 from spiral_core.rod.contact._newton import assemble, load_terms, no_elements
@@ -31,6 +31,8 @@ from spiral_core.validation import require_kind
 # A state is known to the solver's tolerance over its smallest pivot [rad]: where that is larger
 # than this, it is next to a fold, or nothing resists one of its motions.
 LARGEST_DOUBT = 1e-2
+# Obstacles that press on one node resist each other where so little of a normal is its own.
+DEPENDENT = 1e-6
 # Half the step of differences, as a fraction of the scales of the state, far from folds: what is
 # not linear or quadratic leaves its square.
 STEP = 1e-5
@@ -54,8 +56,9 @@ class StateDerivatives:
         rotations: (k, n, 3) rotation vectors of the sections, base frame [rad].
         base_reaction: (k, 6) force [N] and moment about the base [N m], base frame.
         contact_forces: (k, n, 3) of all obstacles on each node, base frame [N].
-        bounded: whether the derivatives exist. At a fold, or where nothing resists a motion, they
-            grow without bound: all of them are infinite.
+        bounded: whether the derivatives exist. At a fold, where nothing resists a motion, or where
+            obstacles press on one node against each other or side by side, they grow without bound:
+            all of them are infinite.
         smallest_pivot: of the state, as a fraction of EI/L; zero at a fold.
         margins: how near the contacts are to changing their kind. ``gap``: smallest gap of a node
             that does not touch, of the length. ``force``: smallest normal force, of its obstacle's
@@ -136,6 +139,7 @@ def differentiate(state: RodState, parameters: Sequence[str] | None = None) -> S
     rows = np.eye(OWN + 5 * obstacles)[places]
     bounded = not state.neutral_modes and state.smallest_pivot * LARGEST_DOUBT > DEFAULT_TOLERANCE
     found = _free(state, rows) if point is None else _mixed(point, rows)
+    bounded = bounded and not np.isnan(found[0]).any()
     moved, turned, reaction, forces = (np.where(bounded, one, math.inf) for one in found)
     pivot, margins = state.smallest_pivot, _margins(state)
     return StateDerivatives(columns, moved, turned, reaction, forces, bounded, pivot, margins)
@@ -158,6 +162,15 @@ def _margins(state: RodState) -> dict[str, float]:
             found["stick"].append((1.0 - size[size < 1.0]) ** 2)
             found["slip"].append(size[size >= 1.0] - 1.0)
     return {key: float(np.hstack([math.inf, *values]).min()) for key, values in found.items()}
+
+
+def _pressed_twice(contacts: Contacts) -> bool:
+    """Return whether obstacles press on a node in directions that depend on each other."""
+    for node in np.flatnonzero(contacts.active.sum(axis=0) > 1):
+        normals = contacts.normal[contacts.active[:, node], node]
+        if len(normals) > 3 or np.linalg.svd(normals, compute_uv=False)[-1] < DEPENDENT:
+            return True
+    return False
 
 
 def _free(state: RodState, rows: Array) -> tuple[Array, Array, Array, Array]:
@@ -247,7 +260,9 @@ def _mixed(point: Point, rows: Array) -> tuple[Array, Array, Array, Array]:
         band[where] = free @ band[where]
         band[2 * width + mine[:, None] - mine, mine] += np.eye(6) - free
         rhs[mine] = free @ rhs[mine] + (np.eye(6) - free) @ held * (node == 0)
-    solved = dgbsv(width, width, band, rhs, overwrite_ab=True, overwrite_b=True)[2]
+    *_, solved, info = dgbsv(width, width, band, rhs, overwrite_ab=True, overwrite_b=True)
+    if info > 0 or _pressed_twice(contacts):
+        solved.fill(math.nan)
     step, forces = solved[nodes].transpose(2, 0, 1), solved[inside].transpose(2, 0, 1)
     # Forces at the nodes balance: what the elements and loads leave is a contact's or a hold's.
     left = loaded[:, :, 3:].copy()

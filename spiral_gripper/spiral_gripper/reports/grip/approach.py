@@ -21,6 +21,7 @@ from spiral_core.rounding import rounded_down
 from spiral_gripper.files.shown import shown, shown_message
 from spiral_gripper.reports.fields import Field, document_of, rows_of
 from spiral_gripper.reports.grip.capture import CAPTURE
+from spiral_gripper.reports.grip.rows import falls_by_choice
 from spiral_gripper.reports.tables import row_table
 
 # Reasons of refusals that are printed.
@@ -75,6 +76,7 @@ APPROACH = (
     Field("force", "holds", "found.force", _holds),
     Field("payload_ratio", "", _ratio),
     Field("regime", "at that pressure", "point.regime", "{.value}"),
+    falls_by_choice("point.setup"),
     Field(
         "capture_size",
         "errors of the pose",

@@ -10,6 +10,7 @@ from spiral_core.grip.capture import Boundary, CaptureOutcome, CaptureRegion
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.fields import Field, Rows
+from spiral_gripper.reports.grip.rows import falls_by_choice
 
 # What limits the region, in few words.
 BEYOND = {
@@ -76,6 +77,7 @@ CAPTURE = (
         lambda region: None if region.payload is None else shown(region.payload, "kg"),
     ),
     Field("friction", "friction", "setup.obstacle.friction"),
+    falls_by_choice("setup"),
     Field("center", "in its place", "center", lambda region: region.center.value),
     Field(
         "limits",

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 
 import numpy as np
 from rich.console import Console
@@ -40,7 +41,6 @@ PULLS = {
     Pull.TWIST_RIGHT: "twist, right-handed",
     Pull.DOWN: "along gravity",
 }
-FALLS_BY_CHOICE = "may fall to any side: here to the one to which it bends"
 # So many of them fit into a line of 80 characters, beside the contact and without it.
 BESIDE_CONTACT = 2
 IN_A_TABLE = 4
@@ -310,14 +310,24 @@ def _spread_text(solved: SolvedGrip) -> str | None:
     return None if found is None else "; ".join(texts)
 
 
+def falls_by_choice(setup: str) -> Field:
+    """Return the row of an upright tube, which may fall to any side, by where its setup is."""
+    text = "may fall to any side: here to the one to which it bends"
+    return Field(
+        "falls_by_choice",
+        "upright, without pressure",
+        f"{setup}.falls_by_choice",
+        lambda solved: text if attrgetter(setup)(solved).falls_by_choice else None,
+    )
+
+
 # Parts of the tables of a grip and of a wrap.
 _CLOSED = (
     Field("gripper", "", "grip.setup.gripper.name"),
     Field("object_radius", "object radius", "grip.setup.obstacle.shape.feature_radius", _radius),
     Field("friction", "friction coefficient", "grip.setup.obstacle.friction"),
     Field("closing", "how it closes", "grip.setup.closing", "{.value}"),
-    Field("falls_by_choice", "upright, without pressure", "grip.setup.falls_by_choice",
-          lambda s: FALLS_BY_CHOICE if s.grip.setup.falls_by_choice else None),
+    falls_by_choice("grip.setup"),
     *data(elements="grip.setup.element_count", tip_criterion="grip.setup.tip_pressure"),
     Field("onset_wrap", "wrapped from", "grip.window.onset_wrap", _against_tip),
     Field("onset_curling", "end curls from", "grip.window.onset_curling",

@@ -92,7 +92,9 @@ class Input:
     @property
     def label(self) -> str:
         """Name and change in words."""
-        change = f"{100.0 * self.change:g} %" if self.unit == "%" else shown(self.change, self.unit)
+        change = (
+            f"{100.0 * self.change:.2g} %" if self.unit == "%" else shown(self.change, self.unit)
+        )
         return f"{self.name} ±{change}"
 
 
@@ -110,17 +112,20 @@ class Sensitivity:
     more: Figures
 
     def changes(self, base: Figures, key: str) -> tuple[float, float]:
-        """Return by how much less and more of it change a figure; NaN: there is none any more."""
+        """Return by how much less and more of it change a figure.
+
+        Infinite: there is none any more; NaN: it could not be computed.
+        """
         at = base[key]
         less, more = (
-            math.nan if at is None or there is None else there - at
+            math.inf if at is None or there is None else there - at
             for there in (self.less.get(key), self.more.get(key))
         )
         return less, more
 
     def size(self, base: Figures, key: str) -> float:
         """Return the larger of both changes; infinite where the figure is lost."""
-        return max(math.inf if math.isnan(c) else abs(c) for c in self.changes(base, key))
+        return max(0.0 if math.isnan(c) else abs(c) for c in self.changes(base, key))
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +159,8 @@ class Varied:
 
     def _text(self, change: float, key: str) -> str:
         """Return a change as text; 0 where it is within what the figure is resolved to."""
-        if math.isnan(change):
-            return "none"
+        if not math.isfinite(change):
+            return "?" if math.isnan(change) else "none"
         unit, at = self.method.columns[key][1], self.base[key] or 1.0
         scale = 100.0 / at if unit == "%" else scale_of(unit).factor
         return f"{scale * change:+.2g}" if abs(change) > RESOLUTIONS.get(key, 0.0) * at else "0"
@@ -280,10 +285,11 @@ def inputs_of(
         return replace(question, place=(a + shift * x, b + shift * y, c + shift * z))
 
     yield both("object's distance", LENGTH, "m", 0.0, moved)
-    if method is GRIP:
-        step = PRESSURE_FRACTION * pressure
-        asked = ((question, pressure - step), (question, pressure + step))
-        yield Input("pressure", PRESSURE_FRACTION, "%", *asked)
+    limit = gripper.pressure_max
+    if method is GRIP and pressure < limit:
+        change = min(PRESSURE_FRACTION, limit / pressure - 1.0)
+        less, more = (1.0 - change) * pressure, min((1.0 + change) * pressure, limit)
+        yield Input("pressure", change, "%", (question, less), (question, more))
 
 
 def solve_sensitivity(
