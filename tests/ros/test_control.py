@@ -12,7 +12,8 @@ from ros.control_bench import LIMITS, TICK, WRAP, ending, rows, snapshot, value
 from spiral_core import InvalidInputError
 from spiral_gripper_ros.control.release import Release, ReleaseGoal
 from spiral_gripper_ros.control.states import Reason, Refusal, State
-from spiral_gripper_ros.control.timing import LONGEST_LEAP, MonotonicClock
+from spiral_gripper_ros.control.timing import LONGEST_LEAP, WATCHDOG_TIMEOUT, MonotonicClock
+from spiral_gripper_ros.regulators.command_watch import CommandWatch
 
 # State, reason, ends of the goals, command (nan: silent), whether the object is held: the steps.
 COURSES = """
@@ -114,6 +115,21 @@ RELEASED RELEASED SUCCEEDED,PRESSURE_LOST 0 no: hold; unmeasured; open 2; run 2.
 RELEASED PRESSURE_LOW SUCCEEDED 0 no: hold; hang; run 1
 RELEASED PRESSURE_LOW SUCCEEDED 0 no: hold; unmeasured; run 1;
   breaks fault=RegulatorFault.STUCK pressure=0; run 1
+RELEASED PRESSURE_LOW SUCCEEDED 0 no: limit measured_pressure_timeout=9; hold; unmeasured; run 0.3;
+  breaks fault=RegulatorFault.STUCK pressure=0; run 1
+GRASPING NONE SUCCEEDED 5e4 no: limit measured_pressure_timeout=9; hold; unmeasured; run 0.2;
+  breaks fault=RegulatorFault.STUCK pressure=0; run 1
+RELEASED PRESSURE_LOW PRESSURE_LOW 0 no: unmeasured; keeps; run 0.3; leap 0.5; run 1
+RELEASED PRESSURE_LOW SUCCEEDED 0 no: unmeasured; hold; leap 0.4; run 1
+GRASPING NONE SUCCEEDED 5e4 held: unmeasured; hold; leap 0.36; run 1
+GRASPING NONE SUCCEEDED 5e4 held: unmeasured; limit publish_rate=1; hold; tick none 1.4; run 1
+GRASPING NONE RUNNING 0 no: unmeasured; run 1; leap 0.5; grasp; run 0.2
+GRASPING NONE SUCCEEDED 5e4 held: unmeasured; run 1; leap 0.5; grasp; run 2
+WAITING PRESSURE_LOW - 0 no: unmeasured; track; leap 0.5; run 1
+TRACKING NONE - 5e4 held: unmeasured; track; leap 0.5; run 0.1; track; track
+FAULT PRESSURE_LOW - 0 no: vents; unmeasured; track; leap 0.5; track; track
+WAITING PRESSURE_LOW - 0 no: unmeasured; limit radius_timeout_policy=TimeoutPolicy.RAMP_DOWN; track;
+  limit pressure_rate_down=2e4; run 0.6; leap 0.5; run 0.1
 FAULT PRESSURE_LOW - 0 no: vents; track; leaks; run 3 0.02
 FAULT PRESSURE_LOW PRESSURE_LOW 0 no: vents; keeps; leaks; run 1
 FAULT PRESSURE_LOW SUCCEEDED 0 no: vents; hold; leaks; run 3
@@ -317,7 +333,7 @@ def test_a_release_is_done_by_what_is_measured_after_it_began(course):
 @pytest.mark.parametrize("row", rows(SILENCES))
 def test_silence_vents_but_a_stall_is_no_silence_of_what_has_come_meanwhile(bench, row):
     states, steps = row.split(": ")
-    bench.follow(f"unmeasured; limit radius_timeout=600; {steps}")
+    bench.follow(f"limit radius_timeout=600; {steps}")
 
     def speak():
         bench.radius(0.02)
@@ -346,6 +362,30 @@ def test_gravity_grows_stale_and_is_reported(bench):
     bench.follow("call forget_gravity; run 0.02")
     assert bench.seen.gravity_fault.reason is Reason.NONE
     assert bench.seen.gravity_age is None
+
+
+@pytest.mark.parametrize("stall", [0.3, 0.42, 0.49, 0.6, 1.5])
+@pytest.mark.parametrize("begun", [0.0, TICK, 0.3, 1.5])
+@pytest.mark.parametrize("is_goal", [False, True])
+def test_what_the_adapters_watchdog_has_let_go_is_not_held(bench, stall, begun, is_goal):
+    """Nothing is measured: a stalled node knows only how long it has commanded nothing."""
+    watch = CommandWatch(pressure_limit=1.0e5, timeout=WATCHDOG_TIMEOUT)
+
+    def run(duration, radius=None):
+        for _ in range(round(duration / TICK)):
+            command = bench.tick(radius)
+            watch.offer(bench.now, command)
+            assert watch.demand(bench.now) == command
+
+    bench.follow("unmeasured")
+    run(1.0)
+    if is_goal:
+        bench.grasp()
+    run(begun, None if is_goal else 0.02)
+    bench.leap(stall)
+    run(4.0, None if is_goal else 0.02)
+    assert not watch.is_latched
+    assert bench.seen.wrapped or ending(bench.goals[0]) in ("PRESSURE_LOW", "SUCCEEDED")
 
 
 @drawn(readings=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=2))

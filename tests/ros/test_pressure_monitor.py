@@ -105,6 +105,18 @@ def test_a_pressure_is_a_fault_once_it_stays_off_the_commands_until_it_is_back(b
         assert bench.run(float(command), float(duration), *told) == expected, step
 
 
+@pytest.mark.parametrize(("period", "silence"), [(0.02, 0.25), (0.2, 0.3), (2.0, 3.0)])
+def test_a_silence_is_one_if_it_is_longer_than_the_sensor_usually_waits(period, silence):
+    monitor = PressureMonitor()
+    assert not monitor.misses(0.0, 0.25)
+    for step in range(5):
+        monitor.offer(step * period, 5.0e4, LIMITS)
+        assert step == 0 or not monitor.misses((step + 0.99) * period, 0.25)
+    last = 4 * period
+    assert not monitor.misses(last + 0.99 * silence, 0.25)
+    assert monitor.misses(last + 1.01 * silence, 0.25)
+
+
 def test_a_vented_sensor_at_the_airs_pressure_looks_absolute(bench):
     for command in (5.0e4, 0.0):
         assert bench.run(command, 1.0, command)[-1] == "NONE"

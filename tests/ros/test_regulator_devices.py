@@ -299,7 +299,7 @@ device=modbus command_unit=hPa command_offset=-1.0
 device=serial command_scale=1.0e+9
 measured_scale=0.0
 rate=3.9
-watchdog_timeout=0.09
+rate=6.6 watchdog_timeout=0.3
 device_timeout=0.26
 measured_topic=x measured_field=nothing
 command_topic=pressure_command

@@ -45,12 +45,22 @@ from spiral_gripper_ros.control.target import (
     capped_pressure,
     ramped_pressure,
 )
-from spiral_gripper_ros.control.timing import MonotonicClock, Silence, TakeOver
+from spiral_gripper_ros.control.timing import (
+    WATCHDOG_TIMEOUT,
+    MonotonicClock,
+    Silence,
+    TakeOver,
+)
 
-# A gap between two commands in which a regulator's watchdog may vent [s], if publish.rate allows a
-# shorter one, and how long afterwards a pressure that is found too low is its doing [s].
+# A gap between two commands or measured pressures in which a regulator's watchdog may vent [s], if
+# their rate allows a shorter one, and how long afterwards a pressure that is found too low is its
+# doing [s]: a watchdog waits for 0.3 s or longer.
 LONGEST_GAP = 0.25
 DOUBT_TIME = 2.0
+# A gap between two commands after which a regulator has vented where nothing is measured [s]: one
+# that takes until now may last 0.1 s (device_timeout) longer for the adapter. A vent that stays
+# unnoticed is worse than one in vain: a grasp would succeed without pressure.
+UNMEASURED_GAP = WATCHDOG_TIMEOUT - 0.1
 # How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for
 # it, and in a queue of one a single message can be overtaken by the next.
 REST_TIME = 0.5
@@ -460,18 +470,25 @@ class GripControl:
         return grasp.is_settled(self._clock.now, is_measured, self._limits)
 
     def _note_interruption(self) -> None:
-        """Doubt the pressure for a while after a gap between commands, or a lost measurement."""
-        time = self._clock.now
-        if self._commanded_at is None:  # just activated: gravity may have been heard long before
+        """Doubt the pressure for a while after a gap of commands or measurements.
+
+        Where nothing is measured, a long gap of commands counts as a vent.
+        """
+        time, last = self._clock.now, self._commanded_at
+        self._commanded_at = time
+        if last is None:  # just activated: gravity may have been heard long before
             age = self._gravity.age(time)
             if age is not None:
                 self._gravity.hear(time, age)
-        elif (
-            time - self._commanded_at > max(LONGEST_GAP, 1.5 * self._limits.period)
-            or self._monitor.fault.reason is Reason.PRESSURE_LOST
-        ):
+            return
+        gap, usual = time - last, 1.5 * self._limits.period
+        is_lost = self._monitor.fault.reason is Reason.PRESSURE_LOST
+        if gap > max(LONGEST_GAP, usual) or is_lost or self._monitor.misses(time, LONGEST_GAP):
             self._doubted_until = time + DOUBT_TIME
-        self._commanded_at = time
+        if self._monitor.is_expected or self._take_over.waits or gap <= max(UNMEASURED_GAP, usual):
+            return
+        text = f"nothing was commanded for {gap:.2f} s: the regulator may have vented by itself"
+        self._restart(Refusal(Reason.PRESSURE_LOW, text))
 
     def _act_on_fault(self) -> None:
         fault = self._monitor.fault
@@ -485,13 +502,18 @@ class GripControl:
             and self._clock.now < self._doubted_until
             and (self._state, Event.WATCHDOG) in TRANSITIONS
         ):
-            # The ramp starts from nothing again; a radius is followed anew, a goal is not.
             text = f"the regulator has vented by itself, for lack of commands or link: {fault.text}"
-            self._doubted_until = self._clock.now
-            self._rests_until = self._clock.now + REST_TIME
-            self._enter(Event.WATCHDOG, Refusal(fault.reason, text))
+            self._restart(Refusal(fault.reason, text))
         else:
             self._abort(fault)
+
+    def _restart(self, refusal: Refusal) -> None:
+        """Start from nothing: the regulator has vented. A radius is followed anew, no goal."""
+        self._doubted_until = self._clock.now
+        self._rests_until = self._clock.now + REST_TIME
+        if self._pressure > 0.0:  # else nothing was held: what has just been started goes on
+            vents = self._limits.pressure_fault_policy is FaultPolicy.VENT
+            self._enter(Event.FAULT if vents else Event.WATCHDOG, refusal)
 
     def _act_on_lateness(self) -> None:
         grasp = self._grasp

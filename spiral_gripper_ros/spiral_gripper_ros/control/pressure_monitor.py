@@ -92,7 +92,7 @@ class PressureMonitor:
         self._envelope = CommandEnvelope()
         self._samples: deque[tuple[float, float]] = deque(maxlen=MOST_SAMPLES)
         self.fault = NOT_REFUSED
-        self._silence = Silence()
+        self._silence, self._interval = Silence(), 0.0
         self._verdict: Reason | None = None
         self._verdict_since = 0.0
         self._invalid_since: float | None = None
@@ -126,6 +126,7 @@ class PressureMonitor:
             return refusal
         self._silence.hear(now)
         self._invalid_since, self._last_invalid = None, NOT_REFUSED
+        self._interval = self.age(now) or 0.0
         self._samples.append((now, pressure))
         while self._samples[0][0] < now - SMOOTHING_TIME:
             self._samples.popleft()
@@ -156,6 +157,11 @@ class PressureMonitor:
     def age(self, now: float) -> float | None:
         """Return the time since the newest message that is believed [s], or None."""
         return now - self._samples[-1][0] if self._samples else None
+
+    def misses(self, now: float, longest: float) -> bool:
+        """Return whether no message has come for this time [s], though the last came sooner."""
+        age = self.age(now)
+        return age is not None and age > max(longest, 1.5 * self._interval)
 
     def _note_invalid(self, now: float, refusal: Refusal) -> None:
         self._last_invalid = refusal

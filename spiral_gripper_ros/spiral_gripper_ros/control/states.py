@@ -85,7 +85,7 @@ def _transitions() -> dict[tuple[State, Event], tuple[State, CommandRule]]:
         (Event.GOAL, active - {State.FAULT}, State.GRASPING, target),
         (Event.ABORT_HOLD, {State.GRASPING}, State.GRASPING, keep),
         (Event.RELEASE, active - {State.FAULT}, State.RELEASED, vent),
-        (Event.WATCHDOG, stream, State.WAITING, vent),
+        (Event.WATCHDOG, stream | {State.RAMPING_DOWN}, State.WAITING, vent),
         (Event.WATCHDOG, {State.GRASPING, State.TAKEN_OVER}, State.RELEASED, vent),
         (Event.FAULT, active, State.FAULT, vent),
         (Event.FAULT, {State.INACTIVE}, State.INACTIVE, vent),

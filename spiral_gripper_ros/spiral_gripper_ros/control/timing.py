@@ -7,6 +7,8 @@ from spiral_core.validation import require_finite
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.refusals import TAKING_OVER, impossible_take_over
 
+# Time-out of the watchdogs of the adapter and of the simulated regulator, unless set otherwise [s].
+WATCHDOG_TIMEOUT = 0.5
 # Longest time that one reading may add [s]: longer than any time-out, so that all of them act, and
 # short enough that time is still told apart to a microsecond after ten thousand such leaps.
 LONGEST_LEAP = 1.0e5

@@ -9,6 +9,7 @@ from struct import Struct
 from typing import Any, Final
 
 from spiral_core.errors import InvalidInputError
+from spiral_gripper_ros.control.timing import WATCHDOG_TIMEOUT
 from spiral_gripper_ros.parameters.spec import Parameters, parameter
 
 TOPIC, SERIAL, MODBUS = "topic", "serial", "modbus"
@@ -64,10 +65,10 @@ class RegulatorParameters(Parameters):
         3.0e5, "Largest gauge pressure passed on [Pa]; a command above it is refused.", 1.0, 1.0e6
     )
     watchdog_timeout: float = _fixed(
-        0.5,
+        WATCHDOG_TIMEOUT,
         "Silence of pressure_command after which the device is vented, and of the device after"
         " which its link counts as lost; oldest stamp of a measurement [s].",
-        0.02,
+        0.3,
         60.0,
     )
     rate: float = _fixed(20.0, "Exchanges with the device [Hz]; each is a heartbeat.", 1.0, 200.0)

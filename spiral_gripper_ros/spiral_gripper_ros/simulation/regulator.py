@@ -22,6 +22,7 @@ from enum import Enum
 import numpy as np
 
 from spiral_core.validation import require_non_negative
+from spiral_gripper_ros.control.timing import WATCHDOG_TIMEOUT
 from spiral_gripper_ros.parameters.spec import Parameters, choice, parameter
 
 REGULATOR_NODE = "simulated_regulator"
@@ -68,7 +69,7 @@ class SimulatedRegulatorParameters(Parameters):
         read_only=True,
     )
     watchdog_timeout: float = parameter(
-        0.5,
+        WATCHDOG_TIMEOUT,
         "Silence of pressure_command after which the regulator vents by itself [s].",
         0.02,
         60.0,
