@@ -44,10 +44,11 @@ def measurement_line(sequence, number, state):
 class LineDevice:
     """What a microcontroller does, as the protocol says: answers good lines, vents without them.
 
-    Its pressure follows a set-point at once.
+    Its pressure follows a set-point at once, but after a vent of its own only from 0 on.
 
     Attributes:
         heard: every message that was taken.
+        has_vented: whether it waits for a set-point of 0; set it as a restart does.
         mode: "": good; "mute": hears nothing; "garbage", "old", "high", "refused": answers so.
     """
 
@@ -56,12 +57,17 @@ class LineDevice:
         tty.setraw(self._device)
         self.port = os.ttyname(self._device)
         self.heard, self.mode, self._good_until, self.running = [], "", 0.0, True
+        self.has_vented = True
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     @property
     def pressure(self):
-        return self.heard[-1].number if time.monotonic() < self._good_until else 0.0
+        return 0.0 if self.waits else self.heard[-1].number
+
+    @property
+    def waits(self):
+        return self.has_vented or time.monotonic() >= self._good_until
 
     def close(self):
         """Unplug it."""
@@ -82,10 +88,12 @@ class LineDevice:
 
     def _hear(self, message):
         if self.mode != "refused":
+            self.has_vented = self.waits and message.number != 0.0
             self._good_until = time.monotonic() + 1.0e-3 * message.watchdog_ms
             self.heard.append(message)
         number = 2.0e7 if self.mode == "high" else self.pressure
-        state = "refused" if self.mode == "refused" else "ok"
+        state = "watchdog" if self.has_vented else "ok"
+        state = "refused" if self.mode == "refused" else state
         answer = measurement_line(message.sequence, number, state)
         old = measurement_line((message.sequence - 1) % 65536, 1.0, "ok")
         answers = {"garbage": bytes(range(128, 256)) * 4 + answer[:-5] + b"0000\n", "old": old}

@@ -274,6 +274,26 @@ def test_a_stream_that_comes_back_is_followed_again_once_it_has_commanded_nothin
     assert {message.watchdog_ms for message in bench.rig.heard} == {60000}
 
 
+def test_a_device_that_has_vented_by_itself_gets_nothing_before_a_command_of_0_pa(made):
+    bench = made(Serial)
+    bench.until(OK, PASSES)
+    bench.rig.has_vented = True  # it restarts faster than any time-out
+    level, text = bench.tick(4.0e4)
+    assert (level, "has just started" in text) == (ERROR, True)
+    heard = len(bench.rig.heard)
+    for _ in range(3):
+        level, text = bench.tick(4.0e4)
+        assert (level, "waiting for a pressure_command of 0 Pa" in text) == (
+            DiagnosticStatus.WARN,
+            True,
+        )
+        assert bench.rig.pressure == 0.0
+    assert {message.number for message in bench.rig.heard[heard:]} == {0.0}
+    bench.tick(0.0)
+    assert bench.tick(4.0e4)[0] == OK
+    assert bench.rig.pressure == 4.0e4
+
+
 def test_a_driver_that_is_slower_than_the_exchanges_stays_wrong_until_it_is_right(made):
     bench = made(Driver)
     bench.until(OK, PASSES, 0.0)

@@ -68,6 +68,8 @@ class RegulatorAdapter:
                 self.watch.is_latched = True
             return None
         self._answered, self.link, self.problem = now, Link.UP, reading.problem
+        if reading.has_vented:
+            self.watch.is_latched = True
         if reading.number is None:
             return None
         pressure = self._measured_scale.to_gauge(reading.number)

@@ -13,7 +13,7 @@ class CommandWatch:
 
     A node that was held up goes on with the command that it had: following it would inflate an
     empty gripper in one step, past the node's ramp. So would the first command after a start, or
-    after the device was lost: these wait for 0 Pa too.
+    after the device was lost or has vented by itself: these wait for 0 Pa too.
 
     A command that is not a finite gauge pressure from 0 to ``pressure_limit`` is counted and
     ignored: the last valid one stands, and the watchdog's time goes on.
@@ -25,7 +25,8 @@ class CommandWatch:
     Attributes:
         refused: number of refused commands.
         problem: why the last command was refused; empty after an accepted one.
-        is_latched: whether it waits for a command of 0 Pa; set it where the device was lost.
+        is_latched: whether it waits for a command of 0 Pa; set it where the device was lost or
+            has vented.
 
     Example:
         >>> watch = CommandWatch(pressure_limit=1e5, timeout=0.5)
@@ -67,8 +68,8 @@ class CommandWatch:
         self._command, self._heard, self.problem = pressure, now, ""
         if self.is_latched:
             self.problem = (
-                "vented after a start, a lost link or a silence: waiting for a pressure_command of "
-                "0 Pa (release, or rearm the node)"
+                "vented after a start, a lost link or a silence, or by the device: waiting for a "
+                "pressure_command of 0 Pa (release)"
             )
         return not self.is_latched
 

@@ -20,10 +20,12 @@ class Reading:
     Args:
         number: what it measures, in its own unit; any float; None: it does not measure.
         problem: what it says is wrong with itself; empty: nothing.
+        has_vented: whether it says that it has vented by itself, and waits for a vent.
     """
 
     number: float | None = None
     problem: str = ""
+    has_vented: bool = False
 
 
 class PressureDevice(Protocol):

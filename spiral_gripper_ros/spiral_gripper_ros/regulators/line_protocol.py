@@ -9,11 +9,12 @@ ASCII, one message a line, ended by ``\n`` (``\r\n`` is accepted), each with a c
 ``sequence`` is an integer from 0 to 65535, which the answer repeats; numbers are decimal, in the
 device's unit; ``measured`` is ``-`` where there is no transmitter. ``check`` is the CRC-16/CCITT-
 FALSE (polynomial 0x1021, start 0xFFFF) of everything before the ``*``, as four hexadecimal digits.
-``state`` is ``ok``, ``watchdog`` (it has vented because lines had stopped), ``refused`` (it does
-not take this set-point) or ``fault``.
+``state`` is ``ok``, ``watchdog`` (it has vented by itself), ``refused`` (it does not take this
+set-point) or ``fault``.
 
-The device ignores lines whose check sum is wrong. It vents once no good line has come for the
-``watchdog_ms`` of the last one, and after its own start until the first.
+The device ignores lines whose check sum is wrong. It vents when it starts, and once no good line
+has come for the ``watchdog_ms`` of the last one; then it stays vented and answers ``watchdog``
+until a set-point is a vent.
 """
 
 from __future__ import annotations
@@ -28,9 +29,10 @@ LINE_LENGTH_MAX = 80
 # Set-points with more digits are too long for a line.
 NUMBERS = (-1.0e9, 1.0e9)
 # What a device says of itself, and what is wrong then.
+VENTED = "watchdog"
 STATES = {
     "ok": "",
-    "watchdog": "the device has vented by its watchdog",
+    VENTED: "the device has vented by its watchdog, or has just started",
     "refused": "the device refuses the set-point",
     "fault": "the device reports a fault",
 }

@@ -13,6 +13,7 @@ from spiral_gripper_ros.regulators.line_protocol import (
     NUMBERS,
     SEQUENCE_END,
     STATES,
+    VENTED,
     LineBuffer,
     Measurement,
     measurement_from_line,
@@ -64,7 +65,8 @@ class SerialDevice:
             raise LinkError(self._problem) from error
         if answer is None:
             raise LinkError(f"{self._address}: no answer within {self._timeout:g} s")
-        return Reading(answer.number, STATES[answer.state])
+        has_vented = answer.state == VENTED
+        return Reading(answer.number, STATES[answer.state], has_vented)
 
     def close(self) -> None:
         """Close the port."""
