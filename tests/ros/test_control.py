@@ -250,6 +250,19 @@ RADIUS_NOT_FINITE: track; run 0.1 nan; grasp none
 RELEASED: call release; grasp none
 TAKEN_OVER: restart; grasp
 """
+# The reason why rearm is refused after some steps.
+REARMED = """
+NONE: run 0.1
+NONE: track; call release
+NONE: call fail broken
+NONE: limit radius_timeout_policy=TimeoutPolicy.VENT; track; run 1
+INVALID_REQUEST: track
+INVALID_REQUEST: track; run 0.02 nan
+INVALID_REQUEST: hold
+INVALID_REQUEST: restart; measure 4e4
+TAKEN_OVER: restart; unmeasured; run 1
+NOT_ACTIVE: call deactivate
+"""
 # Of time, pressure, its age, fault, and the end; from before the ramp that the release ended, at a
 # leak, at a failed sensor, until it is late (without evidence, with pressure), without any sensor.
 RELEASES = """
@@ -284,6 +297,19 @@ def test_a_course_ends_as_it_should_and_stays_so(bench, row):
     assert silent is (pressure == "nan")
     if seen.state is State.GRASPING:
         assert seen.refused[Reason.RADIUS_NOT_FINITE] == 0
+
+
+@pytest.mark.parametrize("row", rows(REARMED))
+def test_rearm_says_why_it_changes_nothing_unless_0_pa_is_commanded(bench, row):
+    reason, steps = row.split(": ")
+    bench.follow(steps)
+    refusal = bench.control.rearm()
+    before, commands = bench.seen, bench.run(0.1)
+    assert (refusal.reason.name if refusal else "NONE") == reason
+    if not bench.control.is_silent:
+        assert set(commands) == {before.pressure_command if refusal else 0.0}
+    bench.run(1.0, 0.02)
+    assert refusal or bench.state is State.TRACKING
 
 
 @pytest.mark.parametrize("row", rows(IMPOSSIBLE))

@@ -179,6 +179,9 @@ def test_an_exception_while_another_gripper_is_loaded_is_a_fault(node, monkeypat
     change(node, gripper="prototype_p1")
     tick_until(node, lambda: state_of(node) == FAULT)
     assert "ZeroDivisionError" in node.runtime.control.snapshot().refusal.text
+    answer = serve(node, "rearm", None)
+    assert (answer.success, "ZeroDivisionError" in answer.message) == (False, True)
+    assert state_of(node) == FAULT
 
 
 # --- goals -------------------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Vector3, Vector3Stamped
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rclpy.parameter import Parameter, get_parameter_value, parameter_value_to_python
 from ros.control_bench import rows
-from ros.harness import deliver, tick, tick_until
+from ros.harness import deliver, serve, tick, tick_until
 from ros.local_nodes import change, offer, parameters
 
 from spiral_core import WrapCurve
@@ -109,13 +109,13 @@ def test_another_gripper_vents_and_is_followed_after_rearm_unless_it_cannot_coil
         tick_until(node, lambda: not node.runtime.loaded.is_loading)
         seen = follow(node, lambda _: True)
         assert node.published[-1] == 0.0
-        control.rearm()
-        return seen.state, seen.refusal
+        return seen.state, seen.refusal, serve(node, "rearm", None)
 
     deliver(node, "gravity", Vector3Stamped(vector=Vector3(z=-9.80665)))
     follow(node, lambda seen: seen.pressure_command > 0.0)
-    state, refusal = load("60 kPa")
+    state, refusal, answer = load("60 kPa")
     assert (state, refusal.reason) == (State.RELEASED, Reason.RECONFIGURED)
+    assert answer.success
     assert node.runtime.limits.pressure_cap == pytest.approx(6.0e4)
     other = load_gripper(file)
     for mount in (UPRIGHT, other.gravity):
@@ -124,11 +124,11 @@ def test_another_gripper_vents_and_is_followed_after_rearm_unless_it_cannot_coil
         follow(node, lambda seen, wanted=wanted: seen.pressure_target == wanted)
         given = parameters(gripper=str(file), gravity__vector=list(map(float, other.gravity)))
         assert node.set_parameters_atomically(given).successful
-    state, refusal = load("1 kPa")
+    state, refusal, answer = load("1 kPa")
     assert (state, refusal.reason) == (State.FAULT, Reason.INTERNAL_ERROR)
     assert "cannot be used" in refusal.text
-    # Re-armed with it, it still grips nothing and says why.
-    seen = follow(node, lambda seen: seen.refusal.reason is Reason.NOT_CERTIFIED)
-    assert (seen.state, "turns" in seen.refusal.text) == (State.WAITING, True)
-    load("60 kPa")
+    assert (answer.success, "turns" in answer.message) == (False, True)
+    assert control.snapshot().state is State.FAULT
+    state, refusal, answer = load("60 kPa")
+    assert (state, answer.success) == (State.FAULT, True)
     follow(node, lambda seen: seen.pressure_command > 0.0)

@@ -16,11 +16,11 @@ from spiral_gripper_ros.control.pressure_monitor import PressureMonitor, impossi
 from spiral_gripper_ros.control.radius_gate import RadiusGate, impossible_radius
 from spiral_gripper_ros.control.refusals import (
     GRASP_CANCELED,
-    GRASP_HOLDS,
     GRASP_REPLACED,
     NO_RADIUS,
     NOT_ACTIVE,
     NOT_FOLLOWING,
+    NOT_RELEASED,
     RELEASED,
     TAKEN_OVER,
     late_grasp,
@@ -149,8 +149,10 @@ class GripControl:
             return Refusal(fault.reason, f"the fault is still there: {fault.text}")
         if self._state is State.INACTIVE:
             return NOT_ACTIVE
-        if self._state is State.GRASPING:
-            return GRASP_HOLDS
+        if self._take_over.waits:
+            return self._take_over.refusal
+        if self._rule is not CommandRule.VENT:
+            return NOT_RELEASED
         self._enter(Event.REARM, NO_RADIUS)
         return None
 

@@ -20,7 +20,7 @@ RELEASED = Refusal(Reason.RELEASED, "released: call rearm, or deactivate and act
 RECONFIGURED = Refusal(
     Reason.RECONFIGURED, "another gripper was loaded: call rearm to follow radii with it"
 )
-GRASP_HOLDS = Refusal(Reason.INVALID_REQUEST, "a grasp is the target: release it first")
+NOT_RELEASED = Refusal(Reason.INVALID_REQUEST, "a pressure is commanded: release first")
 TAKEN_OVER = Refusal(
     Reason.TAKEN_OVER, "the measured pressure was taken over: it is kept until a radius or a goal"
 )

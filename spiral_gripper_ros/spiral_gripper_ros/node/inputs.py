@@ -100,7 +100,8 @@ class Inputs:
             return
         now = runtime.now()
         if runtime.control.offer_radius(now, message.data, runtime.loaded.planner):
-            runtime.command(now)
+            if now > runtime.commanded_at:  # a simulated clock may stand still
+                runtime.command(now)
             # The next radius must not wait for the rest: that follows with the next tick, which a
             # simulated clock may never let come.
             if runtime.clock.is_simulated:

@@ -93,7 +93,7 @@ class Services:
         return self._acted(self._runtime.control.release, done, response)
 
     def _rearm(self, request: Any, response: Any) -> Any:  # noqa: ANN401
-        return self._acted(self._runtime.control.rearm, "following radii", response)
+        return self._acted(self._runtime.rearm, "following radii", response)
 
     def _acted(self, act: Callable[[], Refusal | None], done: str, response: Any) -> Any:  # noqa: ANN401
         """Do something, command what follows from it, and answer; an exception vents."""

@@ -26,6 +26,7 @@ from spiral_gripper_msgs.msg import Grip, GripStatus, Wrap
 from spiral_gripper_ros.control.grip_control import GripControl
 from spiral_gripper_ros.control.limits import Limits
 from spiral_gripper_ros.control.refusals import RECONFIGURED
+from spiral_gripper_ros.control.states import Refusal, refusal_from_error
 from spiral_gripper_ros.messages.conversions import (
     backbone_to_msg,
     status_to_msg,
@@ -80,6 +81,7 @@ class Runtime:
         log: what operators read.
         errors: exceptions caught so far.
         is_active: whether the control loop runs.
+        commanded_at: when the last command was published [s].
         has_commanded: whether this activation has commanded anything; only then its end vents.
         not_configured: why there is no gripper.
         on_published: called after each publication of a command and its status.
@@ -99,6 +101,7 @@ class Runtime:
         self.logger = node.get_logger()
         self.log = EventLog(self.logger)
         self.is_active = self.has_commanded = False
+        self.commanded_at = -math.inf
         self._wrap_told: tuple[object, ...] | None = None
         self.not_configured = NOT_CONFIGURED
         self.on_published: Callable[[], None] = lambda: None
@@ -220,6 +223,13 @@ class Runtime:
         gravity = () if self.loaded is None else self.loaded.gravity
         return grip_to_msg(answer, self.now(), payload, gravity)
 
+    def rearm(self) -> Refusal | None:
+        """Follow radii again after a release or a fault; return why not if that cannot be."""
+        loaded = self.loaded
+        if self.is_active and loaded is not None and not loaded.is_loading and loaded.planner.error:
+            return refusal_from_error(loaded.planner.error)
+        return self.control.rearm()
+
     # --- commands ------------------------------------------------------------------------------
 
     def now(self) -> float:
@@ -237,7 +247,7 @@ class Runtime:
         pressure = self.control.command(now)
         if not self.control.is_silent:
             self.outputs.publish_pressure(pressure)
-            self.has_commanded = self.is_active
+            self.has_commanded, self.commanded_at = self.is_active, now
 
     def stop(self) -> None:
         """Vent, as the last command; a node that has commanded nothing stays silent."""
