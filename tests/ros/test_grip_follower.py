@@ -83,8 +83,8 @@ def grips(gripper):
 
 
 # The table is known at once near its gravity, with the times of its ramp. What is in use is solved
-# once it has settled, at its place if it is seen, for which the table does not stand. While the arm
-# turns nothing is asked, and no question waits behind another.
+# once it has settled, then at its place if it is seen, for which the table does not stand. While the
+# arm turns nothing is asked, and no question waits behind another.
 COURSES = """
 0 1 0.075 None: look
 0 - - None: look 0.0395
@@ -98,9 +98,12 @@ COURSES = """
 1 9 0.075 True: settle; answer 9; settle
 1 1 0.075 True: settle; answer 9; settle; look 0.021
 1 - - True: settle seen=there
-1 1 0.075 True: settle seen=there; answer; look seen=opposite
-1 - - True: settle seen=there; answer; look seen=tilted
-1 - - True: settle seen=there; answer; look seen=shifted
+2 - - True: settle seen=there; answer; look seen=there
+2 9 0.075 True: settle seen=there; answer; look seen=there; answer 9; look seen=opposite
+2 - - True: settle seen=there; answer; look seen=there; answer 9; look seen=tilted
+2 - - True: settle seen=there; answer; look seen=there; answer 9; look seen=shifted
+2 1 0.075 True: settle seen=there; answer; look seen=there; answer 9; settle
+2 9 0.075 True: settle; answer; settle seen=there; answer 9; settle; look seen=there
 1 - - False: settle; starts; turn 1; look; turn 2; look; turn 3; look; turn 4; settle
 2 - - True: settle; starts; turn 1; look; turn 2; look; turn 3; look; settle; answer; look
 1 - - False: settle; give is_on=no; settle
@@ -113,10 +116,10 @@ def test_what_is_known_and_asked_follows_the_object_in_use(grips, row):
     expected, steps = row.split(": ")
     grips.follow(steps)
     assert grips.words == expected
-    seen = grips.in_use.seen
     for question in grips.asked[-1:]:
         assert question.gripper.gravity in (DOWN, grips.gravity)
-        assert question.pose == (seen and (CENTER, AXIS))
+    poses = [None, (CENTER, AXIS) if "seen" in row else None]
+    assert [question.pose for question in grips.asked] == poses[: len(grips.asked)]
     grips.follower.end()
     assert not grips.is_wanted or not grips.is_wanted()
     assert not grips.asked or grips.job.running() or grips.job.done()
@@ -136,5 +139,11 @@ def test_a_defect_is_raised_once_and_not_asked_for_again_but_what_was_killed_is(
     grips.settle(0.03)
     grips.job.set_exception(refusal)
     assert [grips.look(0.03) for _ in range(2)] == [True, False]
+    assert grips.follower.found(InUse(0.03), DOWN) is refusal
+    # Its grip where it is seen changes neither that nor any plan.
+    grips.settle(0.03, "there")
+    grips.answer()
+    assert not grips.look(0.03, seen="there")
+    assert grips.follower.found(grips.in_use, DOWN)
     assert grips.follower.found(InUse(0.03), DOWN) is refusal
     assert grips.follower.found(InUse(0.03), (0.0, 0.0, 9.80665)) is None

@@ -59,7 +59,7 @@ class KnownGrips(Steps):
 
     # The wrap begins, curls and is lost at these multiples of the tip criterion's pressure.
     onset, curling, loss = 0.98, 1.05, 1.3
-    never = None  # radius that contact never wraps
+    never = None  # radius that contact never wraps where the coil expects it
     error = 0.0  # of the table's forces
     lost = False  # whether the table holds nothing around 20 mm
     margin = None  # in the region of capture, if one is known
@@ -106,7 +106,7 @@ class KnownGrips(Steps):
 
     def solve(self, question, is_wanted):
         self.asked.append(question)
-        if question.radius == self.never:
+        if question.radius == self.never and question.pose is None:
             raise NotGrippableError(question.radius, "the tube passes by", 0.0, None)
         return self.grip(self.runtime.loaded.planner.curve, question.radius)
 
@@ -239,6 +239,10 @@ GRASPING INVALID_REQUEST 1.4 no 1: wrap 0.02 contact=no; grasp 0.4; wrap 0.02; w
 TRACKING NONE 1.1 held 0: use curling=1.08; turn 9 2 3; wrap 0.02 0.4 ratio=nan
 TRACKING NONE 1.08 held 0: use curling=1.08; turn 9 2 3; wrap 0.02 0.4 ratio=nan; turn 9.8 0.5 0;
   wrap 0.02 0.2
+TRACKING NONE 1.05 held 2: wrap 0.036 ratio=1.2; see; wrap 0.036
+TRACKING NONE 1.05 held 2: see; wrap 0.036 ratio=1.2
+TRACKING NONE 1.05 no 2: wrap 0.036 ratio=1.2; give onset=1.15; see; wrap 0.036
+HOLDING NOT_CERTIFIED 1 held 2: give never=0.036; wrap 0.036; see; wrap 0.036
 """
 
 

@@ -43,9 +43,14 @@ class InUse:
     radius: float
     seen: SeenObject | None = None
 
+    @property
+    def is_seen(self) -> bool:
+        """Whether it is known where it is."""
+        return self.seen is not None
+
     def is_like(self, other: InUse | None) -> bool:
         """Return whether a grip on the one stands for the other."""
-        if other is None or (self.seen is None) is not (other.seen is None):
+        if other is None or self.is_seen is not other.is_seen:
             return False
         if not abs(self.radius - other.radius) <= RADIUS_TOLERANCE * self.radius:
             return False
@@ -61,7 +66,10 @@ Solve: TypeAlias = Callable[[GripQuestion, Callable[[], bool]], GripCurve]
 
 
 class GripFollower:
-    """Knows the grips of a table, and keeps the grip on the object in use up to date.
+    """Knows the grips of a table, and keeps the grips on the object in use up to date.
+
+    Those are the grip on the object laid into the coil, of which plans are made, and the one on the
+    object where it is seen, if it is. One is solved at a time, the former first.
 
     One thread follows; any other may ask for answers meanwhile: what they read is exchanged whole.
 
@@ -71,9 +79,6 @@ class GripFollower:
         table: of the gripper's grips, or None.
         solve: called in the background.
         pool: runs the background work.
-
-    Attributes:
-        in_use: the object in use, or None.
     """
 
     def __init__(
@@ -88,12 +93,17 @@ class GripFollower:
         self._table = table
         self._solve, self._pool = solve, pool
         self._is_on, self._rate = True, math.nan
-        self._known: tuple[InUse, GripCurve | SpiralError | None] | None = None
-        self.in_use: InUse | None = None
-        self._wanted_at = 0.0
+        # Of the object laid into the coil (False), and where it is seen (True).
+        self._known: dict[bool, tuple[InUse, GripCurve | SpiralError | None]] = {}
+        self._wanted: list[tuple[InUse, float]] = []  # and since when it has been the same
         self._turned_at = -math.inf  # when gravity changed
         self._job: tuple[InUse, Future[GripCurve]] | None = None
         self._outdated = threading.Event()  # the job's answer
+
+    @property
+    def in_use(self) -> InUse | None:
+        """The object in use, or None."""
+        return self._wanted[-1][0] if self._wanted else None
 
     def follow(
         self, now: float, gravity: Vector, rate: float, in_use: InUse | None, *, is_on: bool = True
@@ -115,8 +125,13 @@ class GripFollower:
         if is_turned or is_switched or rate != self._rate:
             self._is_on, self._rate = is_on, rate
             self.end()
-        if in_use is None or not in_use.is_like(self.in_use):
-            self.in_use, self._wanted_at = in_use, now
+        objects = [] if in_use is None else [InUse(in_use.radius)]
+        if in_use is not None and in_use.is_seen:
+            objects.append(in_use)
+        self._wanted = [
+            next((known for known in self._wanted if one.is_like(known[0])), (one, now))
+            for one in objects
+        ]
         if self._job is None and is_on and now - self._turned_at >= SETTLING:
             self._start(now)
         return taken or is_switched
@@ -149,39 +164,44 @@ class GripFollower:
 
     def found(self, in_use: InUse, gravity: Vector) -> GripCurve | SpiralError | None:
         """Return the grip that was computed for this very object, or why it has none, if known."""
-        known = self._known
+        known = self._known.get(in_use.is_seen)
         if known is None or math.dist(gravity, self._gravity) > GRAVITY_TOLERANCE:
             return None
         return known[1] if in_use.is_like(known[0]) else None
 
     def end(self) -> None:
         """Take back the question, and forget what is known of the object in use."""
-        self._known = None
+        self._known = {}
         self._outdated.set()  # if the job runs, whatever it answers is for what was
         if self._job is not None:
             self._job[1].cancel()
 
     def _take(self) -> bool:
+        """Take the grip that is solved; return whether plans are made of it."""
         if self._job is None or not self._job[1].done():
             return False
         (in_use, job), self._job = self._job, None
         if self._outdated.is_set() or isinstance(job.exception(), EndedError):
             return False  # a process that was killed is asked again
         try:
-            self._known = in_use, job.result()
+            self._known[in_use.is_seen] = in_use, job.result()
         except SpiralError as error:
-            self._known = in_use, error
+            self._known[in_use.is_seen] = in_use, error
         except Exception:  # a defect, once
-            self._known = in_use, None
+            self._known[in_use.is_seen] = in_use, None
             raise
-        return True
+        return not in_use.is_seen
 
     def _start(self, now: float) -> None:
-        wanted, known = self.in_use, self._known
-        if wanted is None or now - self._wanted_at < SETTLING:
-            return
-        if known is not None and wanted.is_like(known[0]):
-            return
+        """Start the first question that has settled and is not answered yet."""
+        for wanted, since in self._wanted:
+            known = self._known.get(wanted.is_seen)
+            is_known = known is not None and wanted.is_like(known[0])
+            if not is_known and now - since >= SETTLING:
+                self._ask(wanted)
+                return
+
+    def _ask(self, wanted: InUse) -> None:
         mounted = self._gripper.with_mount(self._gravity, self._gripper.object_axis)
         pose = None if wanted.seen is None else (wanted.seen.center, wanted.seen.axis)
         question = GripQuestion(mounted, wanted.radius, None, pose)
