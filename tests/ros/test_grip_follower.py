@@ -83,8 +83,8 @@ def grips(gripper):
 
 
 # The table is known at once near its gravity, with the times of its ramp. What is in use is solved
-# once it has settled, then at its place if it is seen, for which the table does not stand. While the
-# arm turns nothing is asked, and no question waits behind another.
+# once it has settled, then at its place if it is seen, for which the table does not stand. While
+# the arm turns nothing is asked, and no question waits behind another.
 COURSES = """
 0 1 0.075 None: look
 0 - - None: look 0.0395

@@ -10,11 +10,12 @@ import pytest
 from geometry_msgs.msg import PoseStamped, TransformStamped, Vector3
 from rclpy.duration import Duration
 from rclpy.time import Time
-from ros.harness import deliver
-from ros.local_nodes import parameters
+from ros.harness import deliver, tick
+from ros.local_nodes import change, offer, parameters
 from scipy.spatial.transform import Rotation
 
-from spiral_gripper_ros.control.states import Reason
+from spiral_gripper_ros.control.states import Reason, State
+from spiral_gripper_ros.control.timing import LONGEST_DISCOVERY
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.node.inputs import GRAVITY_PERIOD
 
@@ -75,8 +76,48 @@ def test_gravity_is_as_old_as_its_transform_and_a_missing_one_is_a_refusal(frame
         frames.known["gripper_base", "world"] = transform((0.0, 0.0, 0.0, bad))
         assert "no rigid motion" in look().refusal.text
         assert tilting.runtime.gravity == up
+    # Where the base is does not matter: it may be on a map, far from its origin.
+    frames.known["gripper_base", "world"] = transform(TILT)
+    frames.known["gripper_base", "world"].transform.translation.y = 5.4e6
+    look()
+    tilted = tuple(TILT.apply((0, 0, -9.80665)))
+    assert tilting.runtime.gravity == pytest.approx(tilted, abs=1e-9)
     assert tilting.trigger_deactivate() == tilting.trigger_cleanup()
     frames.TransformListener().unregister.assert_called_once_with()
+
+
+def test_a_frame_that_no_transform_ever_leads_to_is_a_fault(frames, tilting):
+    change(tilting, gravity__timeout=1.0, gravity__timeout_policy="vent", radius__timeout=600.0)
+    time = 100.0
+    tilting.runtime.now = lambda: time
+    assert tilting.start()
+
+    def wait(duration):
+        """Follow a radius for a while, and return what is seen then."""
+        nonlocal time
+        for _ in range(round(duration / 0.1)):
+            time += 0.1
+            offer(tilting)
+            tick(tilting)
+        return tilting.runtime.control.snapshot()
+
+    for activation in range(2):
+        if activation:
+            assert tilting.trigger_deactivate() == tilting.trigger_activate()
+        seen = wait(LONGEST_DISCOVERY - 0.2)  # a transform that is there may be found so late
+        assert seen.gravity_fault.reason is Reason.NONE
+        assert seen.pressure_command > 0.0
+        seen = wait(0.4)
+        assert seen.gravity_fault.reason is seen.refusal.reason is Reason.GRAVITY_STALE
+        assert "since the activation" in seen.gravity_fault.text
+        assert seen.gravity_age is None
+        assert (seen.state, seen.pressure_command) == (State.FAULT, 0.0)
+        time += 3600.0
+    frames.known["gripper_base", "world"] = transform(TURN)
+    assert wait(0.2).gravity_fault.reason is Reason.NONE
+    change(tilting, gravity__vector=[0.0, 0.0, -9.8])
+    frames.known.clear()
+    assert wait(10.0).gravity_fault.reason is Reason.NONE  # it is that of the parameter
 
 
 def test_a_pose_in_another_frame_is_taken_at_its_time(frames, node):

@@ -46,6 +46,7 @@ from spiral_gripper_ros.control.target import (
     ramped_pressure,
 )
 from spiral_gripper_ros.control.timing import (
+    LONGEST_DISCOVERY,
     WATCHDOG_TIMEOUT,
     MonotonicClock,
     Silence,
@@ -197,6 +198,10 @@ class GripControl:
     def hear_gravity(self, now: float, age: float = 0.0) -> None:
         """Note that a usable gravity was heard, as old as its stamp says [s]."""
         self._gravity.hear(self._clock.advance(now), age)
+
+    def expect_gravity(self, now: float) -> None:
+        """Expect gravity from now on: it is a fault if none is heard."""
+        self._gravity.expect(self._clock.advance(now))
 
     def forget_gravity(self) -> None:
         """Expect no gravity: it is that of the parameter."""
@@ -556,5 +561,9 @@ class GripControl:
         """Return that gravity is stale; ``Reason.NONE`` if it is not."""
         time, limits = self._clock.now, self._limits
         longest, age = limits.gravity_timeout, self._gravity.age(time)
-        is_late = longest > 0.0 and self._gravity.exceeds(time, longest, limits.period)
-        return NOT_REFUSED if age is None or not is_late else stale_gravity(age, limits)
+        if not longest > 0.0:
+            return NOT_REFUSED
+        if age is None:  # the first may come late
+            longest = max(longest, LONGEST_DISCOVERY)
+        is_late = self._gravity.exceeds(time, longest, limits.period)
+        return stale_gravity(age, limits) if is_late else NOT_REFUSED

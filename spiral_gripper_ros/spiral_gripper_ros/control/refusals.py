@@ -55,11 +55,12 @@ def lost_client(limits: Limits) -> Refusal:
     )
 
 
-def stale_gravity(age: float, limits: Limits) -> Refusal:
-    """Return that no usable gravity has come for ``age`` [s]."""
+def stale_gravity(age: float | None, limits: Limits) -> Refusal:
+    """Return that no usable gravity has come for ``age`` [s], or since the activation."""
+    silence = "since the activation" if age is None else f"for {age:.2f} s"
     return Refusal(
         Reason.GRAVITY_STALE,
-        f"no usable gravity for {age:.2f} s (gravity.timeout {limits.gravity_timeout:.3g} s)",
+        f"no usable gravity {silence} (gravity.timeout {limits.gravity_timeout:.3g} s)",
     )
 
 

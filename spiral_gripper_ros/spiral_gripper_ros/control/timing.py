@@ -58,6 +58,9 @@ class Silence:
     two commands: what has come meanwhile is read before its loss is reported, even after several
     stalls in a row.
 
+    Attributes:
+        is_expected: whether it was ever heard, or is expected all the same.
+
     Example:
         >>> radius = Silence()
         >>> radius.hear(0.0)
@@ -70,12 +73,8 @@ class Silence:
 
     def __init__(self) -> None:
         self._heard_at: float | None = None
+        self.is_expected = False
         self._lasts = self._counted_at = 0.0
-
-    @property
-    def is_expected(self) -> bool:
-        """Whether it was ever heard."""
-        return self._heard_at is not None
 
     def age(self, now: float) -> float | None:
         """Return how old what was heard last is at a time [s]; None: nothing was."""
@@ -83,17 +82,22 @@ class Silence:
 
     def forget(self) -> None:
         """Expect nothing."""
-        self._heard_at = None
+        self._heard_at, self.is_expected = None, False
+
+    def expect(self, now: float) -> None:
+        """Expect it from a time [s] on, if it was never heard."""
+        if self._heard_at is None:
+            self.is_expected, self._lasts, self._counted_at = True, 0.0, now
 
     def hear(self, now: float, age: float = 0.0) -> None:
         """Note that something was heard at a time [s], as old as its stamp says [s]."""
-        age = max(age, 0.0)
+        age, self.is_expected = max(age, 0.0), True
         self._heard_at, self._lasts, self._counted_at = now - age, age, now
 
     def exceeds(self, now: float, longest: float, period: float = 0.0) -> bool:
         """Let time pass until ``now`` [s]; return whether the silence is longer than allowed [s].
 
-        What was never heard may be silent: it is not expected.
+        What is not expected may be silent.
 
         Args:
             now: time [s], never decreasing.

@@ -93,6 +93,8 @@ class GripperNode(LifecycleNode):  # type: ignore[misc]
         runtime.clock.choose()
         runtime.objects.forget()
         runtime.control.activate(take_over=runtime.values.activation == "take_over")
+        if runtime.values.gravity.frame:
+            runtime.control.expect_gravity(runtime.now())
         self._start_timers()
         runtime.publish()
         runtime.log.tell_limits(runtime.limits)

@@ -74,10 +74,12 @@ class Transforms:
 
         Raises:
             TransformError: the transform at that time is not known, or no rigid motion.
+            InvalidInputError: the point is beyond the reach of any gripper.
         """
         (x, y, z), turn, _ = self._look_up(frame, stamp)
         a, b, c = rotated(turn, center)
-        return (x + a, y + b, z + c), rotated(turn, axis)
+        place, _ = object_line((x + a, y + b, z + c), turn)
+        return place, rotated(turn, axis)
 
     def down(self, frame: str) -> tuple[Vector, Any]:
         """Return the direction opposite to the z axis of a frame, in the base frame, and its time.
@@ -92,7 +94,10 @@ class Transforms:
         return rotated(turn, (0.0, 0.0, -1.0)), stamp
 
     def _look_up(self, frame: str, stamp: Any) -> tuple[Vector, Quaternion, Any]:  # noqa: ANN401
-        """Return the shift [m] and the turn of a frame, a unit quaternion, and their time."""
+        """Return the shift [m] and the turn of a frame, a unit quaternion, and their time.
+
+        The shift may be any: the frame of a map is far away.
+        """
         self.listen()
         between = f"transform from {frame!r} to {self._base!r} is"
         try:
@@ -100,9 +105,8 @@ class Transforms:
         except (self._tf2.TransformException, ValueError) as error:  # a stamp may be negative
             raise TransformError(f"no {between} known: {error}") from None
         place, turn = found.transform.translation, found.transform.rotation
-        shift, quaternion = vector_from_msg(place), quaternion_from_msg(turn)
         try:
-            object_line(shift, quaternion)
+            quaternion = unit_turn(quaternion_from_msg(turn))
         except InvalidInputError:
             raise TransformError(f"the {between} no rigid motion, got {place}, {turn}") from None
-        return shift, unit_turn(quaternion), found.header.stamp
+        return vector_from_msg(place), quaternion, found.header.stamp

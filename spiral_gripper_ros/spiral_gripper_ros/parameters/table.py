@@ -43,7 +43,10 @@ class Gravity(Parameters):
         GRAVITY_LIMIT,
     )
     timeout: float = parameter(
-        0.0, "Age at which a received gravity is stale [s]; 0: never.", 0.0, 3600.0
+        0.0,
+        "Age at which gravity is stale [s], received or, with gravity.frame, expected; 0: never.",
+        0.0,
+        3600.0,
     )
     timeout_policy: str = choice(
         _LIMITS.gravity_timeout_policy, "Action at stale gravity: report it, or vent until rearm."
