@@ -96,8 +96,6 @@ def nodes(context: LaunchContext) -> list[object]:
         executable="spiral_gripper_node",
         name="spiral_gripper",
         parameters=[existing_file(context, "parameters"), own],
-        # This process may end before the node can look for its parent.
-        additional_env={"SPIRAL_GRIPPER_STARTED_BY": str(os.getpid())},
         on_exit=[OpaqueFunction(function=ended)],
         **common(context),
     )
@@ -118,6 +116,8 @@ def common(context: LaunchContext) -> dict[str, object]:
         "package": "spiral_gripper_ros",
         "namespace": LaunchConfiguration("namespace"),
         "output": "screen",
+        # This process may end before one of them can look for its parent.
+        "additional_env": {"SPIRAL_GRIPPER_STARTED_BY": str(os.getpid())},
         "respawn": is_true(context, "respawn"),
         "respawn_delay": RESPAWN_DELAY,
         "ros_arguments": ["--log-level", LaunchConfiguration("log_level").perform(context)],

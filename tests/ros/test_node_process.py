@@ -5,17 +5,20 @@ import os
 import signal
 import subprocess
 import sys
+from itertools import cycle
 from pathlib import Path
 
 import pytest
 from rcl_interfaces.srv import ListParameters
-from ros.harness import DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
+from ros.harness import ALL, DEADLINE, FAST_RAMP, PATIENT, START_DEADLINE, RunningNode
+from std_msgs.msg import Float64
 
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.process.node_process import NODE
 from spiral_gripper_ros.process.program import choose_transport
 from spiral_gripper_ros.process.stop_signals import STARTED_BY, Parent
 
+ADAPTER = "spiral_gripper_ros.regulators.main"
 PYTHON = sys.executable, "-c"
 # Starts what its arguments say, and waits: what `ros2 run` does.
 STARTER = *PYTHON, "import subprocess, sys; subprocess.Popen(sys.argv[1:]).wait()"
@@ -36,6 +39,27 @@ def test_a_node_ends_with_the_process_that_started_it(client, namespace, ends):
         os.kill(int(child), signal.SIGINT)
     client.wait_for_vent()
     client.wait_until(lambda: client.count_publishers("pressure_command") == 0, "its end")
+
+
+def test_an_adapter_ends_vented_with_the_launch_that_started_it(client, namespace):
+    passed_on, starts = [], cycle([0.0] * 25 + [5.0e4] * 25)  # it waits for 0 Pa first
+    client.create_subscription(
+        Float64, "regulator/set_point", lambda one: passed_on.append(one.data), ALL
+    )
+    commands = client.create_publisher(Float64, "pressure_command", 1)
+
+    def command():
+        commands.publish(Float64(data=5.0e4 if 5.0e4 in passed_on else next(starts)))
+
+    client.create_timer(0.02, command)
+    adapter = [sys.executable, "-m", ADAPTER, "--ros-args", "-r", f"__ns:={namespace}"]
+    environment = {**os.environ, STARTED_BY: str(os.getpid())}
+    with subprocess.Popen([*STARTER, *adapter], env=environment) as parent:
+        client.wait_until(lambda: 5.0e4 in passed_on, "a set-point")
+        parent.kill()
+    client.wait_until(lambda: client.count_publishers("regulator/set_point") == 0, "its end")
+    client.spin()
+    assert passed_on[-1] == 0.0
 
 
 def test_a_node_ends_if_what_launched_it_has_ended_before_it_could_look(namespace, monkeypatch):

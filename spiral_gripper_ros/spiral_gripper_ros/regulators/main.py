@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from spiral_gripper_ros.process.program import run
+from spiral_gripper_ros.process.stop_signals import STARTED_BY, Parent
 
 if TYPE_CHECKING:
     from spiral_gripper_ros.parameters.spec import ParameterSpec
@@ -38,6 +40,9 @@ class RegulatorProgram:
     executable = "spiral_gripper_regulator"
     about = ABOUT
 
+    def __init__(self) -> None:
+        self._parent = Parent() if STARTED_BY in os.environ else None
+
     def make(self) -> RegulatorNode:
         """Make the node."""
         from spiral_gripper_ros.regulators.regulator_node import RegulatorNode
@@ -51,11 +56,18 @@ class RegulatorProgram:
         return {"parameters": REGULATOR_PARAMETERS}
 
     def spin(self, node: RegulatorNode, loop: GuardedLoop, signals: StopSignals) -> int:
-        """Pass commands on until a stop is requested; 1 if the last vent was not answered."""
+        """Pass commands on until a stop is requested, or the process that started this one has gone.
+
+        Returns:
+            The exit code; 1 if the last vent was not answered.
+        """
         try:
             signals.defer()
             while not signals.requested:
                 loop.turn()
+                if self._parent and self._parent.has_gone:
+                    node.get_logger().warning("the process that started this one has gone: vented")
+                    break
         finally:
             signals.defer()
             vented = node.adapter.vent(lambda: time.sleep(VENT_PAUSE))
