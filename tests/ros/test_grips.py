@@ -158,7 +158,8 @@ class KnownGrips(Steps):
 
     def others(self, count):
         """Let so many nodes command the regulator."""
-        self.node.count_publishers = {"pressure_command": round(count)}.get
+        name = self.node.resolve_topic_name("pressure_command")
+        self.node.count_publishers = {name: round(count)}.get
         tick(self.node)
 
     def turn(self, *gravity):

@@ -8,13 +8,16 @@ from unittest.mock import Mock
 import pytest
 from action_msgs.msg import GoalStatus
 from action_msgs.srv import CancelGoal
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
 from rclpy.action import ActionClient
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from ros.grasp_goals import Goals, refused, started
-from ros.harness import deliver, plan_request, serve, tick, tick_until
-from ros.local_nodes import change, offer, state_of
+from ros.harness import BARE, deliver, plan_request, serve, tick, tick_until
+from ros.local_nodes import change, offer, overhear, parameters, state_of
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64
 
 from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_ros.actions import grasp
@@ -237,3 +240,16 @@ def test_the_last_line_of_defense_sends_no_number_that_is_none(bad):
     Outputs(node, "base").publish_pressure(bad)
     (message,) = node.create_publisher().publish.call_args.args
     assert message.data == 0.0
+
+
+def test_a_second_commander_and_a_bad_clock_are_noticed_on_remapped_topics(namespace, client):
+    remapped = ["--ros-args", "-r", "pressure_command:=valve", "-r", "/clock:=sim_clock"]
+    given = parameters(use_sim_time=True, **BARE)
+    node = GripperNode(namespace=namespace, cli_args=remapped, parameter_overrides=given)
+    told = overhear(node)["/diagnostics"]
+    assert node.start()
+    deliver(node, "sim_clock", Clock(clock=Time(sec=-7)))
+    assert node.runtime.errors.count == 1
+    client.create_publisher(Float64, "valve", 1)
+    tick_until(node, lambda: told and "2 nodes publish" in told[-1].status[0].message)
+    node.destroy_node()

@@ -35,7 +35,7 @@ class Diagnosis:
         stands_still = runtime.is_active and runtime.clock.standstill() > LONGEST_STANDSTILL
         runtime.log.tell_clock(stands_still)
         runtime.follow_grips()  # an inactive node has no tick that does
-        commanders = node.count_publishers("pressure_command")
+        commanders = node.count_publishers(node.resolve_topic_name("pressure_command"))
         runtime.log.tell_others(commanders)
         message = diagnostics_to_msg(
             runtime.control.snapshot(),

@@ -56,7 +56,7 @@ class RegulatorProgram:
         return {"parameters": REGULATOR_PARAMETERS}
 
     def spin(self, node: RegulatorNode, loop: GuardedLoop, signals: StopSignals) -> int:
-        """Pass commands on until a stop is requested, or the process that started this one has gone.
+        """Pass commands on until a stop is requested, or the process that started this one ends.
 
         Returns:
             The exit code; 1 if the last vent was not answered.

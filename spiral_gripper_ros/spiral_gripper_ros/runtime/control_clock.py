@@ -36,9 +36,10 @@ class ControlClock:
 
     def guard(self) -> None:
         """Let bad samples of /clock (negative ones, say) be logged instead of raised by rclpy."""
+        clock = self._node.resolve_topic_name("/clock")
         for subscription in self._node.subscriptions:
             is_guarded = hasattr(subscription.callback, "__wrapped__")
-            if subscription.topic_name == "/clock" and not is_guarded:
+            if subscription.topic_name == clock and not is_guarded:
                 subscription.callback = log_on_error(self._errors, subscription.callback)
 
     def choose(self) -> None:
