@@ -2,6 +2,7 @@
 """Courses of the control logic: where each leads, what is commanded then, and what is held."""
 
 import math
+import re
 from itertools import pairwise
 
 import pytest
@@ -274,6 +275,12 @@ RELEASES = """
 0.1 3e4 4 PRESSURE_LOST PRESSURE_LOST
 0.29 none 0 NONE RUNNING; 0.31 none 0 NONE SUCCEEDED
 """
+# The end of a release at its timeout, and after it, while the clock stands still.
+STANDSTILLS = """
+RUNNING PRESSURE_LOST: unmeasured; grasp; run 2
+RUNNING PRESSURE_HIGH: hold
+SUCCEEDED SUCCEEDED: run 0.1
+"""
 # State and reason: what must not be silent.
 SILENCES = """
 VENTED RADIUS_STALE: limit radius_timeout=0.5 radius_timeout_policy=TimeoutPolicy.VENT
@@ -354,6 +361,18 @@ def test_a_release_is_done_by_what_is_measured_after_it_began(course):
         assert release.report.elapsed == pytest.approx(time)
         assert release.report.progress == 1.0
         assert ending(release) == expected
+
+
+@pytest.mark.parametrize("row", rows(STANDSTILLS))
+def test_a_release_ends_by_real_time_where_its_clock_stands_still(bench, row):
+    *expected, steps = re.split(": | ", row, maxsplit=2)
+    bench.follow(f"{steps}; open 2")
+    found = []
+    for real_time in (50.0, 52.0, 52.1):
+        bench.control.stand_still(real_time)
+        found.append(ending(bench.goals[-1]))
+    assert [found[1], found[2]] == expected
+    assert ("clock stands still" in bench.goals[-1].report.refusal.text) is (found[1] == "RUNNING")
 
 
 @pytest.mark.parametrize("row", rows(SILENCES))

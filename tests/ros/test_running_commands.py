@@ -11,12 +11,15 @@ from unittest.mock import MagicMock
 
 import pytest
 import yaml
+from rclpy.action import ActionServer
+from rclpy.task import Future
 from ros.control_bench import rows
 from ros.programs import PROGRAM, rest_of, start
 from ros.records import agrees
 from std_msgs.msg import Float64, String
 
 from spiral_gripper.cli.main import run
+from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError
 from spiral_gripper_ros.control.states import State
@@ -141,6 +144,37 @@ def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, c
     monkeypatch.setattr(commands, "DISCOVERY_TIMEOUT", 0.3)
     assert run([*command.split(), "--namespace", "/nobody"]) == 2
     assert "spiral_gripper_node --ros-args -r __ns:=/nobody" in capsys.readouterr().err
+
+
+def test_a_release_is_waited_for_while_it_goes_on_but_not_for_ever(
+    client, namespace, monkeypatch, capsys
+):
+    monkeypatch.setattr(commands, "RELEASE_PATIENCE", 1.5)
+    monkeypatch.setattr(commands, "ASK_AGAIN", 0.1)
+    handles, end, begin = [], Future(), time.monotonic()
+
+    async def hang(handle):
+        handles.append(handle)
+        await end
+        handle.abort()
+        return Release.Result()
+
+    def go_on():
+        if handles and time.monotonic() - begin < 4.0:
+            handles[0].publish_feedback(Release.Feedback())
+
+    server = ActionServer(client, Release, "release", hang)
+    client.create_timer(0.1, go_on)
+    with ThreadPoolExecutor() as pool:
+        code = pool.submit(run, ["release", "--timeout", "0.5", "--namespace", namespace])
+        client.wait_until(code.done, "the end")
+    assert code.result() == 2
+    assert time.monotonic() - begin > 4.0
+    said = "does not say whether it has vented; it hangs, or its clock stands still (waited 2 s)"
+    assert said in capsys.readouterr().err
+    end.set_result(None)
+    client.spin()
+    server.destroy()
 
 
 def test_an_interrupted_grasp_that_may_go_on_is_told(monkeypatch, capsys):

@@ -4,11 +4,12 @@
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from ros.grasp_goals import Goals
+from ros.grasp_goals import Goals, refused
 from ros.harness import deliver, serve
 from ros.local_nodes import change, offer, state_of
 from rosgraph_msgs.msg import Clock
 
+from spiral_gripper_msgs.action import Release
 from spiral_gripper_ros.control.states import Reason, State
 from spiral_gripper_ros.messages.diagnostics import CLOCK_STANDS_STILL
 
@@ -131,4 +132,13 @@ def test_a_goal_and_its_cancel_are_commanded_at_once_not_at_the_next_tick(simula
     assert goal.cancel()
     assert len(simulated.commands) == before + 2
     assert goal.end()[1].reason == Reason.GRASP_CANCELED
+    goals.close()
+
+
+def test_a_release_ends_although_the_clock_stands_still(simulated):
+    simulated.advance()
+    goals = Goals(simulated.client, Release, "release")
+    goal = goals.send(Release.Goal(timeout=[1.0]))
+    assert "the clock stands still" in refused(goal, Reason.PRESSURE_LOST)
+    assert simulated.commands[-1] == 0.0
     goals.close()

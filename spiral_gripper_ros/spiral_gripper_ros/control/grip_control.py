@@ -397,6 +397,11 @@ class GripControl:
         self._releases = [one for one in self._releases if one.report.end is None]
         return self._pressure
 
+    def stand_still(self, real_time: float) -> None:
+        """Let real time [s] pass for releases, while the clock of all else stands still."""
+        for release in self._releases:
+            release.stand_still(self._clock.now, self.snapshot(), real_time)
+
     def snapshot(self) -> Snapshot:
         """Return what is commanded and why, and what is measured, as of the last call."""
         time, target = self._clock.now, self._target

@@ -33,6 +33,7 @@ class Release(RunningGoal):
 
     Where nothing has measured the pressure since activation it waits for a time instead. A failed
     sensor or link is no evidence: the release fails with that fault, though 0 Pa is commanded.
+    Where the clock stands still, its time limit is one of real time.
 
     Args:
         goal: what was asked for.
@@ -45,14 +46,27 @@ class Release(RunningGoal):
         super().__init__(now)
         self._timeout = limits.grasp_timeout if goal.timeout is None else goal.timeout
         self._limits = limits
+        self._still_since: float | None = None  # real time at which its clock was found to stand
         self.report = replace(self.report, progress=1.0)
         if not 0.0 < self._timeout < math.inf:
             value = f"got {self._timeout:.6g} s; vented all the same"
             text = f"timeout must be a positive finite number, {value}"
             self.end(now, Refusal(Reason.INVALID_REQUEST, text))
 
-    def update(self, now: float, snapshot: Snapshot) -> None:
-        """Bring the report up to date, and make it final once the release has ended."""
+    def stand_still(self, now: float, snapshot: Snapshot, real_time: float) -> None:
+        """Bring the report up to date while the clock stands still: real time [s] ends it too."""
+        if self._still_since is None:
+            self._still_since = real_time
+        self.update(now, snapshot, real_time - self._still_since)
+
+    def update(self, now: float, snapshot: Snapshot, still: float = 0.0) -> None:
+        """Bring the report up to date, and make it final once the release has ended.
+
+        Args:
+            now: time [s].
+            snapshot: what is commanded and measured then.
+            still: real time since the clock was found to stand still, if it still does [s].
+        """
         if self.report.end is not None:
             return
         limits, elapsed = self._limits, self.elapsed(now)
@@ -60,6 +74,9 @@ class Release(RunningGoal):
         fault, age = snapshot.pressure_fault, snapshot.measured_age
         # An older measurement may be from before a ramp that was under way.
         new = snapshot.measured_pressure if age is not None and age <= elapsed else None
+        waited, note = elapsed, ""
+        if still > self._timeout:
+            waited, note = still, "; the clock stands still"
         # Once vented, a pressure is too low only where it is below 0, as of a failed sensor; one
         # that was too low for the grip, as of a leak, is on its way to 0.
         fails, refusal = fault.reason in _SENSOR_FAULTS, None
@@ -67,7 +84,7 @@ class Release(RunningGoal):
             fails = new < -limits.pressure_tolerance
         if snapshot.state not in (State.RELEASED, State.FAULT):  # both are vented
             refusal = _REPLACED
-        elif not snapshot.is_measured:
+        elif not snapshot.is_measured and not note:
             if elapsed >= limits.pressure_settle_time:
                 refusal = NOT_REFUSED
         elif new is not None and abs(new) <= limits.pressure_tolerance:
@@ -75,11 +92,11 @@ class Release(RunningGoal):
         elif fails:
             text = f"0 Pa is commanded, but nothing shows that the gripper is vented: {fault.text}"
             refusal = Refusal(fault.reason, text)
-        elif elapsed > self._timeout and new is None:
-            text = f"nothing was measured in the {elapsed:.3g} s since the release"
+        elif waited > self._timeout and new is None:
+            text = f"nothing was measured in the {waited:.3g} s since the release{note}"
             refusal = Refusal(Reason.PRESSURE_LOST, text)
-        elif elapsed > self._timeout:
-            text = f"still {new:.6g} Pa {elapsed:.3g} s after the release"
+        elif waited > self._timeout:
+            text = f"still {new:.6g} Pa {waited:.3g} s after the release{note}"
             refusal = Refusal(Reason.PRESSURE_HIGH, text)
         if refusal is not None:
             self.end(now, refusal)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+
 from rclpy.node import Node
 
 from spiral_gripper_ros.messages.diagnostics import diagnostics_to_msg
@@ -34,6 +36,9 @@ class Diagnosis:
         node, runtime, loaded = self._node, self._runtime, self._runtime.loaded
         stands_still = runtime.is_active and runtime.clock.standstill() > LONGEST_STANDSTILL
         runtime.log.tell_clock(stands_still)
+        if stands_still:
+            runtime.control.stand_still(time.monotonic())
+            runtime.on_published()
         runtime.follow_grips()  # an inactive node has no tick that does
         commanders = node.count_publishers(node.resolve_topic_name("pressure_command"))
         runtime.log.tell_others(commanders)

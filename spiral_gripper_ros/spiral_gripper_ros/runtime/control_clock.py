@@ -18,8 +18,8 @@ class ControlClock:
     """A clock that no correction of the wall clock disturbs, or the simulated one.
 
     Which of them is decided at each activation, by the parameter ``use_sim_time``. While a
-    simulated clock stands still no time passes: nothing is ramped, no time-out acts, no tick or
-    radius sends a command.
+    simulated clock stands still no time passes: nothing is ramped, no time-out acts but that of a
+    release, no tick or radius sends a command.
 
     Args:
         node: the ROS node whose clock it is.

@@ -84,7 +84,8 @@ class Runtime:
         commanded_at: when the last command was published [s].
         has_commanded: whether this activation has commanded anything; only then its end vents.
         not_configured: why there is no gripper.
-        on_published: called after each publication of a command and its status.
+        on_published: called after each publication of a command and its status, and while the clock
+            stands still.
     """
 
     def __init__(self, node: LifecycleNode, values: GripperParameters, errors: ErrorLog) -> None:

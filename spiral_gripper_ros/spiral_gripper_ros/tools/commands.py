@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
@@ -28,6 +29,9 @@ DISCOVERY_TIMEOUT = 10.0
 SHOW_PERIOD = 0.1
 # After so long a result is asked for again: a node that was started again knows no goal [s].
 ASK_AGAIN = 2.0
+# A node whose release neither ends nor goes on for its timeout and this time [s] hangs: longer than
+# the default timeout, and than it takes to see that a simulated clock stands still.
+RELEASE_PATIENCE = 15.0
 # Reasons that a user caused on purpose.
 _NO_TROUBLE = (Reason.NONE, Reason.NO_RADIUS, Reason.RELEASED)
 
@@ -161,10 +165,17 @@ def release(namespace: str, timeout: float | None) -> Answer:
         link.require(action.server_is_ready)
         # One that is no number is sent as it is: the node vents all the same, and says so.
         goal = Release.Goal(timeout=[] if timeout is None else [timeout])
-        handle = link.answer(action.send_goal_async(goal), "release")
+        heard, patience = [time.monotonic()], RELEASE_PATIENCE
+        if timeout is not None and 0.0 < timeout < math.inf:
+            patience += timeout
+        sent = action.send_goal_async(goal, lambda _: heard.append(time.monotonic()))
+        handle = link.answer(sent, "release")
         while not link.spin_until((ended := handle.get_result_async()).done, ASK_AGAIN):
             if not action.server_is_ready():
                 raise NoAnswerError("the node has gone before it said that it has vented", 0.0)
+            if time.monotonic() - heard[-1] > patience:
+                late = "does not say whether it has vented; it hangs, or its clock stands still"
+                raise NoAnswerError(f"the node {late}", patience)
         result = ended.result().result
     finally:
         action.destroy()
