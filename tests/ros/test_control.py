@@ -122,7 +122,14 @@ GRASPING NONE SUCCEEDED 5e4 no: limit measured_pressure_timeout=9; hold; unmeasu
   breaks fault=RegulatorFault.STUCK pressure=0; run 1
 RELEASED PRESSURE_LOW PRESSURE_LOW 0 no: unmeasured; keeps; run 0.3; leap 0.5; run 1
 RELEASED PRESSURE_LOW SUCCEEDED 0 no: unmeasured; hold; leap 0.4; run 1
-GRASPING NONE SUCCEEDED 5e4 held: unmeasured; hold; leap 0.36; run 1
+RELEASED PRESSURE_LOW SUCCEEDED 0 no: unmeasured; hold; leap 0.34; run 1
+GRASPING NONE SUCCEEDED 5e4 held: unmeasured; hold; leap 0.32; run 1
+GRASPING NONE SUCCEEDED 5e4 held: unmeasured; limit publish_rate=1; hold; leap 0.9;
+  limit publish_rate=50; tick; run 1
+RELEASED PRESSURE_LOW SUCCEEDED 0 no: hold; unmeasured; run 3; leap 0.5; run 1
+TRACKING NONE - 5e4 no: track; leaks; run 3 0.02; unmeasured; run 0.3 0.02; leaks; run 0.04 0.02
+GRASPING PRESSURE_LOW PRESSURE_LOW 5e4 no: keeps; leaks; run 2; leap 0.3; run 0.1
+WAITING PRESSURE_LOW - 0 no: track; leaks; run 3 0.02; hang; run 0.4
 GRASPING NONE SUCCEEDED 5e4 held: unmeasured; limit publish_rate=1; hold; tick none 1.4; run 1
 GRASPING NONE RUNNING 0 no: unmeasured; run 1; leap 0.5; grasp; run 0.2
 GRASPING NONE SUCCEEDED 5e4 held: unmeasured; run 1; leap 0.5; grasp; run 2
@@ -373,6 +380,17 @@ def test_a_release_ends_by_real_time_where_its_clock_stands_still(bench, row):
         found.append(ending(bench.goals[-1]))
     assert [found[1], found[2]] == expected
     assert ("clock stands still" in bench.goals[-1].report.refusal.text) is (found[1] == "RUNNING")
+
+
+def test_a_clock_that_goes_on_begins_a_release_s_standstill_anew(bench):
+    bench.follow("hold; breaks fault=RegulatorFault.STUCK pressure=5e4; open 5")
+    ends = []
+    for times in ((100.0,), (106.0, 110.9, 111.1)):
+        for real_time in times:
+            bench.control.stand_still(real_time)
+            ends.append(ending(bench.goals[-1]))
+        bench.run(0.2)
+    assert ends == ["RUNNING", "RUNNING", "RUNNING", "PRESSURE_HIGH"]
 
 
 @pytest.mark.parametrize("row", rows(SILENCES))

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -164,8 +165,8 @@ class GoalServer:
             report = run.goal.report
             if report.end is not None:
                 self._end(run, report)
-            elif run.told_at is None or report.elapsed - run.told_at >= FEEDBACK_PERIOD:
-                run.told_at = report.elapsed
+            elif run.told_at is None or time.monotonic() - run.told_at >= FEEDBACK_PERIOD:
+                run.told_at = time.monotonic()
                 self._send_feedback(run.handle, report)
 
     def _feedback(self, handle: Any, report: GraspReport) -> None:  # noqa: ANN401

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 
 from spiral_core.wrap.wrap import WrapRegime
@@ -58,10 +59,10 @@ from spiral_gripper_ros.control.timing import (
 # doing [s]: a watchdog waits for 0.3 s or longer.
 LONGEST_GAP = 0.25
 DOUBT_TIME = 2.0
-# A gap between two commands after which a regulator has vented where nothing is measured [s]: one
-# that takes until now may last 0.1 s (device_timeout) longer for the adapter. A vent that stays
-# unnoticed is worse than one in vain: a grasp would succeed without pressure.
-UNMEASURED_GAP = WATCHDOG_TIMEOUT - 0.1
+# A gap between two commands after which a regulator has vented where nothing is measured [s]: for
+# the adapter it may last 0.15 s longer, while it waits for its device. A vent that stays unnoticed
+# is worse than one in vain: a grasp would succeed without pressure.
+UNMEASURED_GAP = WATCHDOG_TIMEOUT - 0.15
 # How long 0 Pa is commanded before a start from nothing [s]: a watchdog that has vented waits for
 # it, and in a queue of one a single message can be overtaken by the next.
 REST_TIME = 0.5
@@ -104,7 +105,8 @@ class GripControl:
         self._stale: Refusal | None = None  # the newest that no usable radius has come
         self._monitor = PressureMonitor()
         self._commanded_at: float | None = None
-        self._doubted_until = 0.0
+        self._real_at = self._period = self._doubted_until = 0.0
+        self._low = math.inf  # measured where it was too low before there was any doubt [Pa]
         self._regime: WrapRegime | None = None
         self._grasp: Grasp | None = None  # that has not ended yet
         self._releases: list[Release] = []  # likewise
@@ -365,11 +367,16 @@ class GripControl:
 
     # --- output ------------------------------------------------------------------------------
 
-    def command(self, now: float) -> float:
-        """Let time pass until ``now`` [s] and return the gauge pressure to command [Pa]."""
+    def command(self, now: float, real_time: float | None = None) -> float:
+        """Let time pass until ``now`` [s] and return the gauge pressure to command [Pa].
+
+        Args:
+            now: time [s].
+            real_time: that of a watchdog, where ``now`` is simulated [s].
+        """
         time, limits = self._clock.advance(now), self._limits
         self._monitor.check(time, limits)
-        self._note_interruption()
+        self._note_interruption(now if real_time is None else real_time)
         self._act_on_fault()
         self._act_on_lateness()
         self._act_on_silence()
@@ -481,25 +488,30 @@ class GripControl:
         is_measured = self._monitor.measured is not None
         return grasp.is_settled(self._clock.now, is_measured, self._limits)
 
-    def _note_interruption(self) -> None:
+    def _note_interruption(self, real_time: float) -> None:
         """Doubt the pressure for a while after a gap of commands or measurements.
 
-        Where nothing is measured, a long gap of commands counts as a vent.
+        Where nothing is measured, a long gap of commands in real time [s] counts as a vent.
         """
-        time, last = self._clock.now, self._commanded_at
-        self._commanded_at = time
+        time, last, period = self._clock.now, self._commanded_at, self._limits.period
+        stall, usual = real_time - self._real_at, 1.5 * max(period, self._period)
+        self._commanded_at, self._real_at, self._period = time, real_time, period
         if last is None:  # just activated: gravity may have been heard long before
             age = self._gravity.age(time)
             if age is not None:
                 self._gravity.hear(time, age)
             return
-        gap, usual = time - last, 1.5 * self._limits.period
-        is_lost = self._monitor.fault.reason is Reason.PRESSURE_LOST
-        if gap > max(LONGEST_GAP, usual) or is_lost or self._monitor.misses(time, LONGEST_GAP):
+        gap, measured, fault = time - last, self._monitor.measured, self._monitor.fault.reason
+        is_lost = fault is Reason.PRESSURE_LOST or self._monitor.misses(time, LONGEST_GAP)
+        if is_lost or gap > max(LONGEST_GAP, usual):
             self._doubted_until = time + DOUBT_TIME
-        if self._monitor.is_expected or self._take_over.waits or gap <= max(UNMEASURED_GAP, usual):
+        elif time >= self._doubted_until:
+            is_low = fault is Reason.PRESSURE_LOW
+            self._low = measured if is_low and measured is not None else math.inf
+        stall = min(stall, gap)
+        if measured is not None or self._take_over.waits or stall <= max(UNMEASURED_GAP, usual):
             return
-        text = f"nothing was commanded for {gap:.2f} s: the regulator may have vented by itself"
+        text = f"nothing was commanded for {stall:.2f} s: the regulator may have vented by itself"
         self._restart(Refusal(Reason.PRESSURE_LOW, text))
 
     def _act_on_fault(self) -> None:
@@ -512,6 +524,7 @@ class GripControl:
         elif (
             fault.reason is Reason.PRESSURE_LOW
             and self._clock.now < self._doubted_until
+            and (self._monitor.measured or 0.0) < self._low - self._limits.pressure_tolerance
             and (self._state, Event.WATCHDOG) in TRANSITIONS
         ):
             text = f"the regulator has vented by itself, for lack of commands or link: {fault.text}"

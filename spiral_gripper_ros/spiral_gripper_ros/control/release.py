@@ -59,14 +59,16 @@ class Release(RunningGoal):
             self._still_since = real_time
         self.update(now, snapshot, real_time - self._still_since)
 
-    def update(self, now: float, snapshot: Snapshot, still: float = 0.0) -> None:
+    def update(self, now: float, snapshot: Snapshot, still: float | None = None) -> None:
         """Bring the report up to date, and make it final once the release has ended.
 
         Args:
             now: time [s].
             snapshot: what is commanded and measured then.
-            still: real time since the clock was found to stand still, if it still does [s].
+            still: real time since the clock was found to stand still [s]; None: it does not.
         """
+        if still is None:
+            self._still_since = None
         if self.report.end is not None:
             return
         limits, elapsed = self._limits, self.elapsed(now)
@@ -75,7 +77,7 @@ class Release(RunningGoal):
         # An older measurement may be from before a ramp that was under way.
         new = snapshot.measured_pressure if age is not None and age <= elapsed else None
         waited, note = elapsed, ""
-        if still > self._timeout:
+        if still is not None and still > self._timeout:
             waited, note = still, "; the clock stands still"
         # Once vented, a pressure is too low only where it is below 0, as of a failed sensor; one
         # that was too low for the grip, as of a leak, is on its way to 0.

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -245,7 +246,7 @@ class Runtime:
 
     def command(self, now: float) -> None:
         """Publish the pressure that is commanded at a time [s], unless one is to be taken over."""
-        pressure = self.control.command(now)
+        pressure = self.control.command(now, time.monotonic())
         if not self.control.is_silent:
             self.outputs.publish_pressure(pressure)
             self.has_commanded, self.commanded_at = self.is_active, now

@@ -165,15 +165,20 @@ def release(namespace: str, timeout: float | None) -> Answer:
         link.require(action.server_is_ready)
         # One that is no number is sent as it is: the node vents all the same, and says so.
         goal = Release.Goal(timeout=[] if timeout is None else [timeout])
-        heard, patience = [time.monotonic()], RELEASE_PATIENCE
+        heard, patience = time.monotonic(), RELEASE_PATIENCE
         if timeout is not None and 0.0 < timeout < math.inf:
             patience += timeout
-        sent = action.send_goal_async(goal, lambda _: heard.append(time.monotonic()))
+
+        def hear(_: object) -> None:
+            nonlocal heard
+            heard = time.monotonic()
+
+        sent = action.send_goal_async(goal, hear)
         handle = link.answer(sent, "release")
         while not link.spin_until((ended := handle.get_result_async()).done, ASK_AGAIN):
             if not action.server_is_ready():
                 raise NoAnswerError("the node has gone before it said that it has vented", 0.0)
-            if time.monotonic() - heard[-1] > patience:
+            if time.monotonic() - heard > patience:
                 late = "does not say whether it has vented; it hangs, or its clock stands still"
                 raise NoAnswerError(f"the node {late}", patience)
         result = ended.result().result
