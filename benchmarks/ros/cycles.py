@@ -122,6 +122,7 @@ class Rig:
             self._complain(f"{pressure} Pa in {seen.state.name}")
         if before > 0.0 and pressure == 0.0 and seen.refusal.reason not in self.allowed:
             self._complain(f"let go because of {seen.refusal.reason.name}: {seen.refusal.text}")
+        self._judge_successes(seen.pressure_target)
         self.regulator.command(pressure)
 
     def _complain(self, text: str) -> None:
@@ -140,12 +141,11 @@ class Rig:
             noise = self.random.gauss(0.0, 2.0e-5)
             self.hear("object_radius", Float64(data=self.radius + noise))
         self.call_timers()
-        self._judge_successes()
         if self.node.runtime.errors.count:
             self._complain("an exception: see the log")
 
-    def _judge_successes(self) -> None:
-        """Compare what has succeeded with the pressure that is really there."""
+    def _judge_successes(self, target: float) -> None:
+        """Compare what has succeeded at a target [Pa] with the pressure that is really there."""
         running = []
         for goal in self._goals:
             outcome, is_release = goal.report.outcome, isinstance(goal, Release)
@@ -153,8 +153,7 @@ class Rig:
                 running.append(goal)
             elif outcome is GraspOutcome.SUCCEEDED:
                 self.succeeded += 1
-                snapshot, real = self.node.runtime.control.snapshot(), self.regulator.pressure
-                wanted = 0.0 if is_release else snapshot.pressure_target
+                wanted, real = 0.0 if is_release else target, self.regulator.pressure
                 if abs(real - wanted) > self.node.runtime.limits.pressure_tolerance + NOISE:
                     name = "release" if is_release else "grasp"
                     self._complain(f"untrue: a {name} to {wanted} Pa succeeded at {real} Pa")
