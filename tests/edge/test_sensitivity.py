@@ -77,7 +77,7 @@ def test_an_input_without_such_a_gripper_comes_first():
 def test_a_pressure_is_not_raised_above_the_limit_and_what_is_unknown_is_no_loss():
     setup, limit = setup_of(QUESTION)[0], QUESTION.gripper.pressure_max
     changes = []
-    for pressure in (0.5 * limit, 0.97 * limit, limit):
+    for pressure in (0.0, 0.5 * limit, 0.97 * limit, limit):
         *_, last = sensitivity.inputs_of(GRIP, QUESTION, DESCRIPTION, setup, pressure)
         if last.name == "pressure":
             changes.append([side[1] / pressure - 1.0 for side in (last.less, last.more)])

@@ -286,7 +286,7 @@ def inputs_of(
 
     yield both("object's distance", LENGTH, "m", 0.0, moved)
     limit = gripper.pressure_max
-    if method is GRIP and pressure < limit:
+    if method is GRIP and 0.0 < pressure < limit:
         change = min(PRESSURE_FRACTION, limit / pressure - 1.0)
         less, more = (1.0 - change) * pressure, min((1.0 + change) * pressure, limit)
         yield Input("pressure", change, "%", (question, less), (question, more))
