@@ -127,6 +127,8 @@ GRASPING NONE SUCCEEDED 5e4 held: unmeasured; hold; leap 0.32; run 1
 GRASPING NONE SUCCEEDED 5e4 held: unmeasured; limit publish_rate=1; hold; leap 0.9;
   limit publish_rate=50; tick; run 1
 RELEASED PRESSURE_LOW SUCCEEDED 0 no: hold; unmeasured; run 3; leap 0.5; run 1
+FAULT PRESSURE_LOST - 0 no: vents; track; unmeasured; tick none 1; tick none 1; tick none 1;
+  tick none 1; tick none 1
 TRACKING NONE - 5e4 no: track; leaks; run 3 0.02; unmeasured; run 0.3 0.02; leaks; run 0.04 0.02
 GRASPING PRESSURE_LOW PRESSURE_LOW 5e4 no: keeps; leaks; run 2; leap 0.3; run 0.1
 WAITING PRESSURE_LOW - 0 no: track; leaks; run 3 0.02; hang; run 0.4

@@ -537,8 +537,10 @@ class GripControl:
         self._doubted_until = self._clock.now
         self._rests_until = self._clock.now + REST_TIME
         if self._pressure > 0.0:  # else nothing was held: what has just been started goes on
-            vents = self._limits.pressure_fault_policy is FaultPolicy.VENT
-            self._enter(Event.FAULT if vents else Event.WATCHDOG, refusal)
+            if self._limits.pressure_fault_policy is FaultPolicy.VENT:
+                self._enter(Event.FAULT, self._monitor.fault or refusal)
+            else:
+                self._enter(Event.WATCHDOG, refusal)
 
     def _act_on_lateness(self) -> None:
         grasp = self._grasp
