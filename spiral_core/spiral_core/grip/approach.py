@@ -83,6 +83,7 @@ EQUAL_REGIONS = 0.5e-3
 # so many millimeters or degrees, so often at most.
 CENTERED, CENTER_STEP, CENTER_STEPS = (0, 1, 3, 2, 0, 1), 3.0, 6
 
+# Reasons that differ in figures alone are counted together.
 FIGURE = re.compile(r"\d+(\.\d+)?")
 REFUSALS = (NotGrippableError, NoCoilError, SolverError)
 # Name of the stage, numbers of the pose and, in the region of capture, of the misplacement.
@@ -378,12 +379,10 @@ def coarse_grip(task: ApproachTask, pose: BasePose) -> GripPoint | Trial:
     try:
         setup = approach_setup(task, pose, SCREEN_ELEMENTS)
         pressures = np.array(SCREEN_PRESSURES) * (setup.tip_pressure or 0.0)
-        limit = setup.gripper.pressure_max
-        looked_at = np.unique(np.minimum(pressures, limit))
+        looked_at = np.unique(np.minimum(pressures, setup.gripper.pressure_max))
         window = grip_window(setup, looked_at, give_up=SCREEN_GIVE_UP)
         if window.onset_wrap is None:
-            is_all = window.end is not WindowEnd.LIMIT or window.top >= limit
-            passed = window.end if is_all else WindowEnd.PASSED_BY
+            passed = WindowEnd.PASSED_BY if window.is_cut_short else window.end
             return Trial(passed.value, missing_to_wrap(window))
         return window.at(Grip(window, (), {}).recommended_pressure())
     except REFUSALS as error:

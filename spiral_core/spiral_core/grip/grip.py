@@ -153,7 +153,7 @@ class Grip:
             WindowEnd.NOT_FOLLOWED: ((1.0 - LOSS_MARGIN) * top, RangeEnd.NOT_FOLLOWED),
         }
         bounds = [ends.get(window.end, (top, RangeEnd.LOOKED_AT))]
-        if window.end is WindowEnd.LIMIT and top < self.setup.gripper.pressure_max:
+        if window.is_cut_short:
             bounds = [(top, RangeEnd.LOOKED_AT)]
         loss = window.loss or window.loss_above
         if loss is not None:

@@ -57,15 +57,10 @@ def not_held(window: GripWindow, progress: Progress | None = None) -> NotGrippab
     """
     setup, (reason, gap) = window.setup, why_not_held(window)
     radius = float(setup.obstacle.shape.feature_radius)
-    if not _is_cut_short(window) and _held_back(setup):
+    if not window.is_cut_short and _held_back(setup):
         friction = "; closed without friction it would be wrapped: friction holds the tube back"
         reason = Message("{}{}", reason, friction)
     return NotGrippableError(radius, reason, -gap, nearest_held_radius(setup, progress))
-
-
-def _is_cut_short(window: GripWindow) -> bool:
-    """Return whether higher pressures were not looked at."""
-    return window.end is WindowEnd.LIMIT and window.top < window.setup.gripper.pressure_max
 
 
 def why_not_held(window: GripWindow) -> tuple[Message, float]:
@@ -82,7 +77,7 @@ def why_not_held(window: GripWindow) -> tuple[Message, float]:
         WindowEnd.SELF_CONTACT: "turns of the tube touch each other before the tip touches it",
         WindowEnd.NOT_FOLLOWED: "the closing tube finds no rest that could be certified",
     }
-    if _is_cut_short(window):
+    if window.is_cut_short:
         top = Quantity(window.top, "Pa")
         ends[window.end] = Message("the tip does not touch up to {}, the last looked at", top)
     pressure = Quantity(best.pressure, "Pa")

@@ -388,6 +388,11 @@ class GripWindow:
         """Highest pressure at which the grip was found to hold [Pa]."""
         return self.points[-1].pressure
 
+    @property
+    def is_cut_short(self) -> bool:
+        """Whether higher pressures were not looked at."""
+        return self.end is WindowEnd.LIMIT and self.top < self.setup.gripper.pressure_max
+
     def at(self, pressure: float) -> GripPoint:
         """Return the grip at a pressure [Pa] of the path, closed from the point below it.
 
