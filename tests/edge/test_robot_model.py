@@ -12,7 +12,7 @@ from repo.source_tree import ROOT
 from ruamel.yaml import YAML
 from scipy.spatial.distance import cdist
 
-from spiral_core import WrapCurve
+from spiral_core import lay_into_coil, solve_grip
 from spiral_gripper import load_gripper
 from spiral_gripper.reports.meshes import tube_mesh
 from spiral_gripper.reports.robot_model import covering_spheres, model_as_yaml, solve_model
@@ -27,6 +27,10 @@ def model():
     return solve_model(GRIPPER, 0.02)
 
 
+def gripped(radius):
+    return solve_grip(lay_into_coil(GRIPPER, radius), (), pressures=())
+
+
 def as_read(text):
     return YAML(typ="safe").load(text)
 
@@ -36,22 +40,28 @@ def test_a_name_is_text_whatever_it_looks_like(model):
         assert as_read(model_as_yaml(replace(model, name=name)))["name"] == name
 
 
-def test_the_spheres_cover_the_tube_and_not_much_more():
+def test_the_spheres_cover_the_tube_on_its_object_and_not_much_more(model):
     outer = GRIPPER.tube.outer_radius
-    for radius in [0.006, 0.037]:
-        state = WrapCurve(GRIPPER).wrap_for_radius(radius).state
-        centers, radii = np.split(covering_spheres(state, outer), [3], axis=1)
+    for radius in [0.006, 0.02, 0.035]:
+        grip = gripped(radius)
+        state = grip.window.at(grip.recommended_pressure()).state
+        spheres = covering_spheres(state, outer)
+        if radius == 0.02:
+            assert_allclose(model.spheres, spheres, 1e-6, 1e-7)
+        centers, radii = np.split(spheres, [3], axis=1)
         away = cdist(tube_mesh(state.positions, outer).vertices, centers)
         assert (away - radii.T).min(axis=1).max() <= 0.0
         assert radii.max() < 1.25 * outer
 
 
 def test_the_box_holds_every_shape_on_the_way(model):
-    for part in (0.0, 0.13, 0.77, 1.0):  # other pressures than it was made of
-        positions = solve_shape(GRIPPER, part * model.pressure).state.positions
-        # Between two of its pressures a shape may leave the hull of theirs by far less than this.
-        assert np.all(positions >= model.swept_low + 0.5 * model.tube_radius)
-        assert np.all(positions <= model.swept_high - 0.5 * model.tube_radius)
+    window = gripped(0.02).window
+    for part in (0.0, 0.13, 0.77, 0.97, 1.0):  # other pressures than it was made of
+        pressure = part * model.pressure
+        for state in (solve_shape(GRIPPER, pressure).state, window.at(pressure).state):
+            # Between two of its pressures a shape leaves the hull of theirs by less than this.
+            assert np.all(state.positions >= model.swept_low + 0.5 * model.tube_radius)
+            assert np.all(state.positions <= model.swept_high - 0.5 * model.tube_radius)
     assert_allclose(model.tip, model.spheres[-1, :3], 1e-6)
 
 

@@ -10,13 +10,14 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from spiral_core.grip.grip import solve_grip
+from spiral_core.grip.setup import lay_into_coil
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
-from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.reports.wrap_document import solve_shape
 
-# Shapes from 0 Pa to the wrap's pressure whose hull is the swept volume.
+# Shapes without an object, from 0 Pa to the grip's pressure, that the swept volume holds.
 SWEPT_SHAPES = 17
 # Distance of spheres as a fraction of the tube's outer radius: they protrude by about an eighth.
 SPHERE_SPACING = 1.0
@@ -31,9 +32,10 @@ class RobotModel:
         tube_radius: outer radius of the tube.
         length: of the tube, unpressurized.
         object_radius: of the object that is wrapped.
-        pressure: gauge pressure that wraps it [Pa].
+        pressure: recommended gauge pressure [Pa].
         tip: of the wrapped shape.
-        swept_low, swept_high: corners of the box that holds every shape on the way to the wrap.
+        swept_low, swept_high: corners of the box that holds every shape on the way to that
+            pressure, with the object and without.
         spheres: center and radius (n, 4) of spheres that cover the wrapped tube.
     """
 
@@ -49,26 +51,30 @@ class RobotModel:
 
 
 def solve_model(gripper: Gripper, radius: float) -> RobotModel:
-    """Return the model of a gripper that wraps an object of a radius [m].
+    """Return the model of a gripper that grips an object of a radius [m].
 
     Raises:
-        NotGrippableError: the object cannot be wrapped.
-        SolverError: a shape could not be certified.
+        InvalidInputError, NoCoilError, NotGrippableError, SolverError: see
+            :func:`~spiral_core.lay_into_coil` and :func:`~spiral_core.solve_grip`.
     """
-    wrap, outer = WrapCurve(gripper).wrap_for_radius(radius), gripper.tube.outer_radius
-    pressures = np.linspace(0.0, wrap.pressure, SWEPT_SHAPES).tolist()
-    shapes = [solve_shape(gripper, pressure).state.positions for pressure in pressures]
-    swept = np.concatenate([*shapes, wrap.state.positions])
+    outer = gripper.tube.outer_radius
+    grip = solve_grip(lay_into_coil(gripper, radius), (), pressures=())
+    pressure = grip.recommended_pressure()
+    wrapped = grip.window.at(pressure).state
+    shapes = [point.state for point in grip.window.points if point.pressure < pressure]
+    free = np.linspace(0.0, pressure, SWEPT_SHAPES).tolist()
+    shapes += [solve_shape(gripper, each).state for each in free]
+    swept = np.concatenate([each.positions for each in (*shapes, wrapped)])
     return RobotModel(
         name=gripper.name,
         tube_radius=outer,
         length=gripper.tube.length,
         object_radius=radius,
-        pressure=wrap.pressure,
-        tip=wrap.state.tip_position,
+        pressure=pressure,
+        tip=wrapped.tip_position,
         swept_low=swept.min(axis=0) - outer,
         swept_high=swept.max(axis=0) + outer,
-        spheres=covering_spheres(wrap.state, outer),
+        spheres=covering_spheres(wrapped, outer),
     )
 
 
