@@ -3,6 +3,7 @@
 
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from ros.control_bench import snapshot
@@ -13,9 +14,7 @@ import spiral_gripper_msgs.msg as messages
 from spiral_core import WrapRegime
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.control.states import NOT_REFUSED, Reason, Refusal, State
-from spiral_gripper_ros.messages.conversions import (
-    REGIMES,
-)
+from spiral_gripper_ros.messages.conversions import REGIMES, status_to_msg
 from spiral_gripper_ros.messages.diagnostics import diagnostics_to_msg
 
 INTERFACES = Path(__file__).parents[2] / "spiral_gripper_msgs"
@@ -47,6 +46,15 @@ def test_every_number_of_an_interface_says_its_unit(name):
     assert fields or name == "msg/Reason.msg"
     for _, field, rest in fields:
         assert re.search(r"#.*(\[[\w/^ ]+\]|SI)", rest), f"{field} of {name} names no unit"
+
+
+def test_the_status_states_gravity_s_fault_unless_the_pressure_has_one():
+    gravity, leak = Refusal(Reason.GRAVITY_STALE, "silent"), Refusal(Reason.PRESSURE_LOW, "a leak")
+    loaded = SimpleNamespace(shown_regime=lambda snapshot: None)
+    for pressure, told in ((NOT_REFUSED, gravity), (leak, leak)):
+        seen = snapshot(State.TRACKING, pressure_fault=pressure, gravity_fault=gravity)
+        status = status_to_msg(seen, loaded, Header())
+        assert (status.fault, status.fault_text) == (told.reason, told.text)
 
 
 def test_the_diagnostics_of_every_state_are_those_on_record():

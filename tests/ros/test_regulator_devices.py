@@ -317,13 +317,15 @@ REFUSED = """
 device=modbus
 device=modbus command_unit=hPa command_offset=-1.0
 device=serial command_scale=1.0e+9
-measured_scale=0.0
+measured_topic=x measured_scale=0.0
 rate=3.9
 rate=6.6 watchdog_timeout=0.3
 device_timeout=0.26
 measured_topic=x measured_field=nothing
 command_topic=pressure_command
 measured_topic=measured_pressure
+measured_type=sensor_msgs/msg/FluidPressure measured_field=fluid_pressure
+measured_offset=1.0
 """
 
 

@@ -111,7 +111,7 @@ class SpiralGripper:
         """Wait until the gripper's node is active.
 
         Args:
-            timeout: longest wait [s], > 0; the first start ever of a node compiles for about 10 s.
+            timeout: longest wait [s], > 0; the first start ever of a node compiles for 15 to 60 s.
 
         Raises:
             NoAnswerError: it is not; the message says what there is and how to go on.

@@ -53,6 +53,11 @@ class Snapshot:
     gravity_fault: Refusal = NOT_REFUSED
 
     @property
+    def fault(self) -> Refusal:
+        """The pressure's fault, else gravity's (``Reason.NONE`` if there is none)."""
+        return self.pressure_fault or self.gravity_fault
+
+    @property
     def placement(self) -> ObjectPlacement | None:
         """Where the plan's object lies in the free coil; None without a plan."""
         return None if self.plan is None else self.plan.placement

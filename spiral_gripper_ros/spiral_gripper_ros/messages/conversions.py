@@ -184,8 +184,8 @@ def status_to_msg(
         header=header,
         reason=snapshot.refusal.reason,
         reason_text=snapshot.refusal.text,
-        fault=snapshot.pressure_fault.reason,
-        fault_text=snapshot.pressure_fault.text,
+        fault=snapshot.fault.reason,
+        fault_text=snapshot.fault.text,
         object_radius=snapshot.radius,
         regime=REGIMES[loaded.shown_regime(snapshot)],
     )

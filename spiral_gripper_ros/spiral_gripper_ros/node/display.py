@@ -102,5 +102,5 @@ def _text(snapshot: Snapshot) -> str:
     lines = [f"{snapshot.state.name}  {1e-3 * snapshot.pressure_command:.1f} kPa"]
     if snapshot.measured_pressure is not None:
         lines.append(f"measured  {1e-3 * snapshot.measured_pressure:.1f} kPa")
-    lines += [one.reason.name for one in (snapshot.refusal, snapshot.pressure_fault) if one]
+    lines += [one.reason.name for one in (snapshot.refusal, snapshot.fault) if one]
     return "\n".join(lines)

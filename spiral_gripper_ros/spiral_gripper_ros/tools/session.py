@@ -14,9 +14,9 @@ from spiral_gripper_ros.process.stop_signals import STOP_SIGNALS, StopSignals
 from spiral_gripper_ros.tools.injection import local_discovery
 from spiral_gripper_ros.tools.watcher import Watcher, say
 
-# A first start compiles the solver: some ten seconds, a minute on a slow machine.
+# A first start compiles the solver: 15 seconds, a minute on a slow machine.
 START_TIMEOUT = 180.0
-STARTING = "starting node and simulator (the very first start compiles the solver: 10 to 60 s)"
+STARTING = "starting node and simulator (the very first start compiles the solver: 15 to 60 s)"
 SHOW_PERIOD = 0.1
 # How long to listen for the vent of a node that has ended [s].
 LAST_WORDS = 0.5
