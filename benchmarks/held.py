@@ -217,7 +217,7 @@ def _wrong(window: GripWindow) -> str:
     gripper = window.setup.gripper
     for point in window.points:
         shape = gripper.unloaded_shape(point.pressure)
-        weight = np.asarray(gripper.weight(shape)) * shape.backbone_length
+        weight = np.asarray(gripper.load(shape).distributed) * shape.backbone_length
         total = point.state.contact_forces[0].sum(axis=0) + weight + point.base_reaction[:3]
         scale = gripper.weight_per_length * gripper.tube.length + point.normal_force
         if not np.abs(total).max() <= BALANCE * scale:

@@ -105,8 +105,7 @@ def path_of(
     if pressures is None:
         pressures = np.linspace(0.0, gripper.pressure_max, STATIONS + 1)[1:].tolist()
     shapes = [gripper.unloaded_shape(pressure) for pressure in pressures]
-    rods, loads = [gripper.rod(s) for s in shapes], [gripper.load(s) for s in shapes]
-    return pressures, follow_path(rods, loads, start=start)
+    return pressures, follow_path([(gripper.rod(s), gripper.load(s)) for s in shapes], start=start)
 
 
 def scan_of(gripper: Gripper, pressures: list[float], path: RodPath) -> Scan:

@@ -57,10 +57,10 @@ def sweep(elements: int) -> Callable[[], None]:
     """Return a call that follows the usual rod's path in 50 stations, looking for folds."""
     case = usual_case()
     fractions = np.linspace(0.0, 1.0, STATIONS + 1)[1:].tolist()
-    rods = [case.scaled(fraction).rod for fraction in fractions]
+    stations = [(case.scaled(fraction).rod, case.load) for fraction in fractions]
 
     def call() -> None:
-        follow_path(rods, case.load, elements=elements)
+        follow_path(stations, elements=elements)
 
     return call
 

@@ -120,7 +120,7 @@ def test_window_is_what_its_points_say(name):
     own = found.setup.gripper
     shape = own.unloaded_shape(point.pressure)
     total = point.state.contact_forces[0].sum(axis=0) + point.base_reaction[:3]
-    total += np.asarray(own.weight(shape)) * shape.backbone_length
+    total += np.asarray(own.load(shape).distributed) * shape.backbone_length
     assert np.abs(total).max() < 1e-6 * own.weight_per_length * own.tube.length
 
 

@@ -114,7 +114,8 @@ def test_the_thinnest_place_is_wrapped_perfectly_and_thicker_ones_past_that():
         thin, thick = wrap.radius_min, wrap.radius_max
         assert min(radii) <= thin <= thick <= max(radii)
         pressures = wrap.pressure, wrap.pressure_of_mean, wrap.pressure_of_thickest
-        perfect = curve.pressures_from_radii([thin, 0.5 * (thin + thick), thick])
+        wrapped = thin, 0.5 * (thin + thick), thick
+        perfect = [curve.pressure_from_radius(radius) for radius in wrapped]
         assert_allclose(pressures, perfect, 1e-9)
         assert {station.regime for station in wrap.stations} == regimes
         assert min(wrap.stations, key=lambda station: station.radius).regime is PERFECT

@@ -336,9 +336,10 @@ TOGETHER = {
     ],
     find_equilibria: [(rod, LOAD) for rod in (*JUMPS, replace(FREE, radius=1e-3))],
     follow_path: [
-        *((rods, LOAD) for rods in (FREE, [FREE, replace(FREE, breaks=(0.1,))])),
-        *(([rod], LOAD) for rod in JUMPS),
-        *(((FREE, FREE), loads) for loads in ([LOAD] * 3, 3.0)),
+        ([],),
+        ([(FREE, LOAD), (replace(FREE, breaks=(0.1,)), LOAD)],),
+        ([(FREE, 3.0)],),
+        *(([(rod, LOAD)],) for rod in JUMPS),
     ],
     among: [(SignedDistance(lambda p: (p, p), 0.03),)],
     distance: [(3.0,)],

@@ -26,7 +26,7 @@ def followed(strains, start=None):
     """Return rods of these rest strains, and their path."""
     section = Section.inextensible(2.998307564873586e-4, 1.9988717099157243e-4)
     rods = [Rod(0.5, section, rest_strain=strain) for strain in strains]
-    return rods, follow_path(rods, LOAD, elements=COUNT, start=start)
+    return rods, follow_path([(rod, LOAD) for rod in rods], elements=COUNT, start=start)
 
 
 def test_a_fold_is_located_releases_energy_and_leaves_two_states():
@@ -48,7 +48,7 @@ def test_a_fold_is_located_releases_energy_and_leaves_two_states():
     assert (alone.folds, again.folds) == (1, 0)
     assert last.energy == pytest.approx(alone.energy, rel=1e-6)
     # On the way back it holds on for longer: between the folds there are two stable states.
-    down = follow_path(rods[::-1], LOAD, elements=COUNT, start=last)
+    down = follow_path([(rod, LOAD) for rod in rods[::-1]], elements=COUNT, start=last)
     assert all(STATIONS - 1 - other.position < fold.position for other in down.events)
     # Before both, it runs through the same states both ways.
     for one, other in zip(path.states[:20], down.states[:-21:-1], strict=True):

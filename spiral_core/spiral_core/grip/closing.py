@@ -264,10 +264,9 @@ def closing_frames(
     course: PressureCourse,
     *,
     damping: Damping | None = None,
-    count: int = FRAMES,
     longest_step: float = DEFAULT_LONGEST_STEP,
 ) -> Iterator[Frame]:
-    """Yield the frames of a gripper that closes on an object, as they are computed.
+    """Yield 120 frames, even in time, of a gripper that closes on an object, as they are computed.
 
     The tube hangs at rest at first, at the course's first pressure, with the object in place.
 
@@ -275,7 +274,6 @@ def closing_frames(
         setup: gripper, object, friction.
         course: the pressure in the tube.
         damping: None is that of a silicone tube in air.
-        count: frames, even in time, at least two.
         longest_step: in time [s].
 
     Raises:
@@ -284,7 +282,6 @@ def closing_frames(
         SolverError: the hanging tube could not be certified.
     """
     require_in_range("pressures", max(course.pressures), 0.0, setup.gripper.pressure_max, "Pa")
-    require_in_range("count", count, 2, 100_000)
     if course.duration > LONGEST_COURSE:
         most = Quantity(LONGEST_COURSE, "s")
         requirement = Message("at most {}; closing more slowly is slow_closing", most)
@@ -298,7 +295,7 @@ def closing_frames(
     return motion_frames(
         problem,
         inertia_of(setup.gripper),
-        np.linspace(0.0, course.duration, count).tolist(),
+        np.linspace(0.0, course.duration, FRAMES).tolist(),
         damping=damping,
         start=slow_closing(setup, first).state if first > 0.0 else hanging_tube(setup),
         longest_step=longest_step,
@@ -430,7 +427,6 @@ class RateAdvice:
         rates: looked at, decreasing [Pa/s].
         forces: holding force after closing at each [N]; NaN where the closing was not completed,
             or the closed tube was not seen to rest.
-        closings: at each.
         fastest: largest rate from which on downwards every one keeps 90 %; None if none does.
     """
 
@@ -439,7 +435,6 @@ class RateAdvice:
     slow: float
     rates: tuple[float, ...]
     forces: tuple[float, ...]
-    closings: tuple[TimedClosing, ...]
     fastest: float | None
 
 
@@ -468,16 +463,16 @@ def growing_advice(
     if not rising:
         raise InvalidInputError("rates", rates, "one or more rates")
     slow = holding_force(slow_closing(setup, pressure)).force
-    done: list[tuple[float, float, TimedClosing]] = []
+    done: list[tuple[float, float]] = []
     fastest = None
     for i, rate in enumerate(rising):
         course, part = PressureCourse.ramp(rate, pressure, wait), _part(progress, i, len(rising))
         closing = close_on(setup, course, damping=damping, progress=part)
-        done.insert(0, (rate, _held(closing), closing))
-        if all(force >= KEEP * slow for _, force, _ in done):
+        done.insert(0, (rate, _held(closing)))
+        if all(force >= KEEP * slow for _, force in done):
             fastest = rate
-        looked_at, forces, closings = zip(*done, strict=True)
-        yield RateAdvice(slow, looked_at, forces, closings, fastest)
+        looked_at, forces = zip(*done, strict=True)
+        yield RateAdvice(slow, looked_at, forces, fastest)
 
 
 def _held(closing: TimedClosing) -> float:

@@ -75,7 +75,7 @@ class GripAnswer:
         computed_at: when [s].
         friction: coefficient used.
         onset_wrap: lowest pressure of the perfect wrap [Pa].
-        onset_curling: pressure at which the tip lifts off again [Pa]; inf: it does not.
+        onset_curling: pressure at which the tube lifts off before the tip [Pa]; inf: it does not.
         loss: pressure at which the grip is lost [Pa]; inf: it is not.
         regime: how the object is held.
         contact_length: of tube on the object [m].
@@ -107,7 +107,7 @@ class GripCurve:
     Args:
         tip_pressure: of the perfect wrap by the criterion at the free coil's tip [Pa].
         onset_wrap: lowest pressure of the perfect wrap [Pa].
-        onset_curling: pressure at which the tip lifts off again [Pa]; inf: it does not.
+        onset_curling: pressure at which the tube lifts off before the tip [Pa]; inf: it does not.
         loss: pressure at which the wrapped coil loses stability [Pa], or up to which it could be
             followed; inf: neither.
         highest_good: upper end of the recommended range [Pa].

@@ -109,7 +109,7 @@ class Grip:
 
     @property
     def onset_wrap(self) -> float:
-        """Lowest pressure at which the tip touches [Pa]."""
+        """Lowest pressure at which the tip and more than a tenth of the tube touch [Pa]."""
         if self.window.onset_wrap is None:
             raise not_held(self.window)
         return self.window.onset_wrap

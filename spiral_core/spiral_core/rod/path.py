@@ -89,8 +89,8 @@ def follow_rod(
     mixed = given != (1.0, SMALLEST_INCREMENT, False)
     mixed = mixed or (isinstance(start, RodState) and start.element is RodElement.MIXED)
     if problems and not mixed and all(is_hanging(problem) for problem in problems):
-        rods, loads = [each.rod for each in problems], [each.load for each in problems]
-        path = follow_path(rods, loads, elements=elements, start=start)
+        stations = [(each.rod, each.load) for each in problems]
+        path = follow_path(stations, elements=elements, start=start)
         return replace(path, events=tuple(filter(_has_snapped, path.events)))
     return follow_contact(
         problems, start=start, elements=elements, largest_increment=largest_increment,
@@ -107,8 +107,7 @@ def _has_snapped(fold: RodEvent) -> bool:
 
 
 def follow_path(
-    rods: Sequence[Rod],
-    loads: RodLoad | Sequence[RodLoad],
+    stations: Sequence[tuple[Rod, RodLoad]],
     *,
     elements: int | None = None,
     start: RodState | None = None,
@@ -121,8 +120,7 @@ def follow_path(
     goes on from where the descent of the energy ends.
 
     Args:
-        rods: the rod at each station; e.g. one for each pressure of a sweep.
-        loads: one for all stations, or one for each.
+        stations: the rod and its load at each; e.g. one for each pressure of a sweep.
         elements: for all stations; None takes enough for the most demanding one. A piece between
             breaks has as many as where it is given the most: with breaks that move, more in all.
         start: state at the first station; None follows the loading path there.
@@ -132,24 +130,25 @@ def follow_path(
         not reported; its count is in the first state's ``folds``).
 
     Raises:
-        InvalidInputError: no stations, unequal numbers of rods and loads, unequal numbers of
-            breaks, or what :func:`~spiral_core.rod.solve.solve_rod` refuses.
+        InvalidInputError: no stations, unequal numbers of breaks, or what
+            :func:`~spiral_core.rod.solve.solve_rod` refuses.
         SolverError: no stable state was found after a fold.
 
     Example:
         >>> from spiral_core import Section
         >>> section = Section.inextensible(3e-4, 2e-4)
         >>> bends = [(-0.5 * k, 0.0, k) for k in (5.0, 10.0, 15.0)]
-        >>> rods = [Rod(0.3, section, rest_strain=bend) for bend in bends]
-        >>> path = follow_path(rods, RodLoad(distributed=(0.24, 0.0, 0.0)))
+        >>> load = RodLoad(distributed=(0.24, 0.0, 0.0))
+        >>> path = follow_path([(Rod(0.3, section, rest_strain=bend), load) for bend in bends])
         >>> [state.stable for state in path.states], path.events
         ([True, True, True], ())
     """
-    stations = _stations(rods, loads)
+    if not stations:
+        raise InvalidInputError("stations", stations, "at least one")
     every = [checked_counts(rod, load, elements) for rod, load in stations]
     if len({len(counts) for counts in every}) > 1:
         raise InvalidInputError(
-            "rods", [rod.breaks for rod, _ in stations], "rods with as many breaks at each station"
+            "stations", [rod.breaks for rod, _ in stations], "rods with as many breaks at each"
         )
     counts = tuple(max(column) for column in zip(*every, strict=True))
     state = solve_with_counts(*stations[0], counts, start)
@@ -189,15 +188,3 @@ def _follow(q: Array, begin: System, end: System, index: int) -> tuple[list[RodE
             raise SolverError(RodStatus.FOLD_LIMIT, after.residual, spent)
         if at == 1.0:
             return folds, rest._replace(iterations=spent)
-
-
-def _stations(rods: object, loads: object) -> list[tuple[Rod, RodLoad]]:
-    """Return rod and load of each station, checked."""
-    if not isinstance(rods, Sequence) or not rods:
-        raise InvalidInputError("rods", rods, "a sequence of rods, at least one")
-    if not isinstance(loads, (RodLoad, Sequence)):
-        raise InvalidInputError("loads", loads, "a RodLoad, or one for each rod")
-    each = list(loads) if isinstance(loads, Sequence) else [loads] * len(rods)
-    if len(each) != len(rods):
-        raise InvalidInputError("loads", len(each), f"one, or one for each of {len(rods)} rods")
-    return list(zip(rods, each, strict=True))

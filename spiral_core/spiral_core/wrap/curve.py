@@ -6,13 +6,9 @@ from __future__ import annotations
 import math
 from typing import NoReturn
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from spiral_core.errors import NoCoilError, NotGrippableError
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.state import RodState
-from spiral_core.rod.types import Array
 from spiral_core.validation import require_in_range, require_positive
 from spiral_core.wrap.branch import CoiledRange, SubBranch
 from spiral_core.wrap.gripper import Gripper
@@ -146,19 +142,6 @@ class WrapCurve:
         if not self.is_coiled(pressure):
             raise NoCoilError(wrap.turns, wrap.turns_required, pressure)
         return wrap.object_radius
-
-    def pressures_from_radii(self, radii: ArrayLike) -> Array:
-        """Return the pressures [Pa] that wrap radii [m], in an array of the same shape.
-
-        Raises as :meth:`wrap_for_radius`, for the first radius that cannot be wrapped.
-        """
-        found: Array = np.vectorize(self.pressure_from_radius, otypes=[float])(radii)
-        return found
-
-    def radii_from_pressures(self, pressures: ArrayLike) -> Array:
-        """Return the radii [m] that pressures [Pa] wrap; raises as :meth:`radius_from_pressure`."""
-        found: Array = np.vectorize(self.radius_from_pressure, otypes=[float])(pressures)
-        return found
 
     def is_coiled(self, pressure: float) -> bool:
         """Return whether a pressure [Pa] belongs to the coiled range."""

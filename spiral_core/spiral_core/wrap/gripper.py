@@ -30,8 +30,7 @@ HANGING: Vector = (STANDARD_GRAVITY, 0.0, 0.0)
 # Slightly more than one complete turn: the paper's condition for a grip whatever the friction.
 DEFAULT_TURNS = 1.05
 # Coulomb's coefficient where none is given: a cautious value for latex on a smooth, dusty or damp
-# surface. Dry rubber on clean solids has 0.5 to 1; measure yours, the holding force depends on it
-# more than on anything else.
+# surface. Dry rubber on clean solids has 0.5 to 1; measure yours.
 DEFAULT_FRICTION = 0.3
 FRICTION_MAX = 10.0
 # GJ/EI of an annulus is 2/3, that of a section of fibers up to some twenty. Beyond a hundred, or
@@ -122,15 +121,11 @@ class Gripper:
         )
 
     def load(self, shape: UnloadedShape) -> RodLoad:
-        """Return the gripper's weight on its rod."""
-        return RodLoad(distributed=self.weight(shape))
-
-    def weight(self, shape: UnloadedShape) -> Vector:
-        """Return the weight per length of the backbone [N/m]; the mass stays when it stretches."""
+        """Return the gripper's weight on its rod; the mass stays when the backbone stretches."""
         density = self.weight_per_length * self.tube.length / shape.backbone_length
         x, y, z = self.gravity
         unit = density / STANDARD_GRAVITY
-        return (unit * x, unit * y, unit * z)
+        return RodLoad(distributed=(unit * x, unit * y, unit * z))
 
     def with_mount(self, gravity: Vector, object_axis: Vector | None) -> Gripper:
         """Return the same gripper held otherwise: gravity [m/s^2] and axis in the base frame."""

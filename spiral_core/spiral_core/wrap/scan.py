@@ -151,12 +151,8 @@ class PressureScan:
     def _path(self, pressures: Sequence[float], start: RodState | None = None) -> RodPath:
         """Return the states at some pressures [Pa], followed from one to the next."""
         shapes = [self.gripper.unloaded_shape(pressure) for pressure in pressures]
-        return follow_path(
-            [self.gripper.rod(shape) for shape in shapes],
-            [self.gripper.load(shape) for shape in shapes],
-            elements=self._elements,
-            start=start,
-        )
+        stations = [(self.gripper.rod(shape), self.gripper.load(shape)) for shape in shapes]
+        return follow_path(stations, elements=self._elements, start=start)
 
     def _wrap(self, pressure: float, state: RodState, shape: UnloadedShape | None = None) -> Wrap:
         gripper = self.gripper

@@ -13,6 +13,7 @@ from spiral_gripper.cli.ros.side import load_ros_side
 from spiral_gripper.cli.ros.simulate import namespace_option
 from spiral_gripper.cli.types import (
     MASS,
+    POSITIVE_LENGTH,
     POSITIVE_NUMBER,
     QuantityType,
     option,
@@ -23,7 +24,6 @@ from spiral_gripper.cli.types import (
 from spiral_gripper.cli.workers import progress_bar
 
 SIDE = "tools.commands"
-_RADIUS = QuantityType("LENGTH", above=0.0)
 
 
 node_option = namespace_option("Namespace of the gripper's node.", default="/")
@@ -50,7 +50,7 @@ def _show(answer: Any) -> int:  # noqa: ANN401
 
 
 @click.command()
-@option("--radius", _RADIUS, "Radius of the object.", required=True)
+@option("--radius", POSITIVE_LENGTH, "Radius of the object.", required=True)
 @overpressure_option
 @option(
     "--payload",
@@ -86,7 +86,9 @@ def plan(
 
 
 @click.command()
-@option("--radius", _RADIUS, "Radius of the object.  [default: the one that the node follows]")
+@option(
+    "--radius", POSITIVE_LENGTH, "Radius of the object.  [default: the one that the node follows]"
+)
 @overpressure_option
 @timeout_option
 @option(
