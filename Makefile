@@ -43,7 +43,7 @@ help:
 	@echo 'make test-fast     the same without ROS processes and without the files of tests that compute for long'
 	@echo 'make test-slow     the tests that compute for long'
 	@echo 'make test-generic  test and test-slow, the kernels compiled for no processor in particular'
-	@echo 'make check         what CI runs: test, test-slow, pure and colcon'
+	@echo 'make check         what .ci/run does: test, test-slow, docs, pure and colcon'
 	@echo 'make pure          build and test the mechanics alone, where there is no ROS'
 	@echo 'make colcon        colcon build (isolated, merged, symlinked) and a smoke check of each'
 	@echo 'make kilted        build against the wheels of ROS 2 Kilted, and test the node with them'
@@ -120,7 +120,7 @@ format: $(INSTALLED_DEV)
 test-generic:
 	NUMBA_CPU_NAME=generic $(MAKE) test test-slow
 
-check: test test-slow pure colcon
+check: test test-slow docs pure colcon
 
 pure:
 	@PYTHON="$(PYTHON)" sh packaging/pure_check.sh

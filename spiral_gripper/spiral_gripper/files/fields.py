@@ -238,7 +238,7 @@ FIELDS = MappingProxyType(
         ),
         "limits.pressure_max": _quantity(Dimension.PRESSURE, required=True),
         "grip.turns_required": _number("> 0", "`1.05`"),
-        "grip.friction_coefficient": _number(">= 0", "unknown"),
+        "grip.friction_coefficient": _number("0 to 10", "unknown"),
     }
 )  # fmt: skip
 
