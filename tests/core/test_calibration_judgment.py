@@ -72,6 +72,8 @@ def test_what_readings_can_be_fitted_to_is_recorded():
     for apart in (2.0e-3, 3.5e-3):
         more = [*readings, replace(readings[5], extension=readings[5].extension + apart)]
         asked += [(TRUTH, more, {"robust": robust}) for robust in (False, True)]
+    vague = replace(more[-1], extension=more[-1].extension + apart, error=1.0)
+    asked.append((TRUTH, [*more, vague], {}))  # does not hide that two others are far apart
     found = {}
     for k, (truth, given, choices) in enumerate(asked):
         fit = said(partial(fitted, truth, given, **choices))

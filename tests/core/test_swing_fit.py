@@ -109,4 +109,6 @@ def test_readings_that_tell_nothing_are_refused():
             (np.arange(0.0, 8.0, 0.02), 2e-4),
         )
     ]
+    dead = np.arange(0.0, 8.0, 0.02)
+    found += [said(fitted, dead, np.full(len(dead), place)) for place in (0.0, 5e-3)]
     recorded("calibration/swing", found)

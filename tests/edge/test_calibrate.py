@@ -123,3 +123,11 @@ def test_the_command_writes_a_measured_curve(said):
     assert isinstance(found, MeasuredActuation)
     measured, expected = (astuple(each.unloaded_shape(60e3))[:2] for each in (found, actuation))
     assert_allclose(measured, expected, 1e-6)
+    twist = text.splitlines()[3].split(",")[2]
+    for doubtful, reason in (
+        (text.replace(",-", ","), '"twist": must be negative for these fibers'),
+        (text.replace("bend_angle [rad]", "bend_angle [deg]"), "rad taken for deg"),
+        (f"{text}60,40,{twist}\n", "standard errors of their difference apart"),
+    ):
+        CSV.write_text(doubtful)
+        assert reason in said(COMMAND, "--measured-curve", errors, code=2)

@@ -152,10 +152,13 @@ class Calibration(Fit):
     def standardized_residuals(self) -> Array:
         """Distance of each reading from the fit to the others, in standard errors of it (n,).
 
-        Externally studentized; of a point's coordinates the largest. The errors are scaled as the
-        others scatter, or as stated if these scatter improbably little.
+        Outliers are none of the others: two that agree would hide each other. Externally
+        studentized; of a point's coordinates the largest. The errors are scaled as the others
+        scatter, or as stated if these scatter improbably little.
         """
-        tests = studentized(self.residuals, self.jacobian, _owners(self.readings), self.fitted)
+        owners = _owners(self.readings)
+        kept = ~np.isin(owners, self.outliers)
+        tests = studentized(self.residuals, self.jacobian, owners, kept)
         return np.array([one.ratio / one.accepted for one in tests.values()])
 
     @property

@@ -16,6 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
+from itertools import combinations
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -505,8 +506,11 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
         errors: Array = effective_errors(trial, chosen).reshape(values.shape)
         pairs = []
         for read, error in zip(values.T.tolist(), errors.T.tolist(), strict=True):
-            low, *_, high = sorted(zip(read, error, places, strict=True))
-            pairs.append(((high[0] - low[0]) / math.hypot(low[1], high[1]), low, high))
+            rising = sorted(zip(read, error, places, strict=True))
+            pairs += [
+                ((high[0] - low[0]) / math.hypot(low[1], high[1]), low, high)
+                for low, high in combinations(rising, 2)
+            ]
         apart, low, high = max(pairs)
         if apart > FAR_APART:
             reason = (

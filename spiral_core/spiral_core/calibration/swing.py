@@ -39,6 +39,8 @@ LEAST_PERIODS, LEAST_READINGS = 3.0, 6.0
 FEWEST_READINGS = 12
 # The swing explains this part of the readings' variance at least; otherwise there is none.
 LEAST_SWING = 0.5
+# Readings that differ by less than this part of themselves are all the same.
+ROUNDING = 1e-9
 # The measured frequency is that of the described gripper to this factor; a wrong unit of time or a
 # forgotten mount is not.
 OTHER_SWING = 1.6
@@ -187,6 +189,9 @@ def _first_guess(swing: Swing, times: Array, measured: Array) -> Array:
         requirement = f"{each} (check the unit of time)"
         per = len(times) / (end * own)
         raise InvalidInputError("readings", f"{per:.2g} in a swing", requirement)
+    no_swing = InvalidInputError("displacement", "no such swing", "a swing of the tip that decays")
+    if not np.ptp(measured) > ROUNDING * np.abs(measured).max():
+        raise no_swing
     decay = np.exp(-times * 0.5 * swing.material * DEFAULT_RETARDATION_TIME)
     least, best = math.inf, np.zeros(4)
     for frequency in TRIED * own:
@@ -209,5 +214,5 @@ def _first_guess(swing: Swing, times: Array, measured: Array) -> Array:
         requirement = Message("at least {:g} swings, {}", LEAST_PERIODS, shortest)
         raise InvalidInputError("time", end, requirement, "s")
     if not least < (1.0 - LEAST_SWING) * float(np.sum((measured - measured.mean()) ** 2)):
-        raise InvalidInputError("displacement", "no such swing", "a swing of the tip that decays")
+        raise no_swing
     return best

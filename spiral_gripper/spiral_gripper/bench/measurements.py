@@ -244,6 +244,9 @@ def _reading(
         """Return the standard error of a value: its own column's, or the stated one."""
         own, stated = values.get(f"{name}_error"), options.errors.get(name)
         if own is None and stated is not None:
+            if stated.strip().endswith("%") and values[column] == 0.0 and name != "pressure":
+                requirement = "a quantity: a share of a reading of 0 is no error"
+                raise InvalidInputError(f"--error {name}", stated, requirement)
             return stated_error(stated, name, values[column])
         return own or 0.0
 

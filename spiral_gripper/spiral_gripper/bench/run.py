@@ -36,6 +36,7 @@ from spiral_core.calibration.uncertainty import (
     wrapped_from,
 )
 from spiral_core.numerics.tasks import Progress
+from spiral_core.rounding import rounded_down
 from spiral_gripper.bench.doubts import (
     contact_warnings,
     copy_warnings,
@@ -199,13 +200,17 @@ def calibrate_gripper(
 
 
 def measured_curve(
-    description: GripperDescription, measurements: Sequence[Measurements]
+    description: GripperDescription,
+    measurements: Sequence[Measurements],
+    options: CalibrationOptions,
 ) -> MeasuredActuation:
     """Return the actuation curve that was measured.
 
     Raises:
+        TableError: see :func:`run_calibration`.
         InvalidInputError: the readings make no curve, or a helical fiber coils the tube at rest.
     """
+    _refuse_doubtful(_trial(description), measurements, options)
     readings = [reading for one in measurements for reading in one.readings]
     actuator = description.actuator
     for fiber in actuator.single_fibers:
@@ -233,16 +238,13 @@ def run_calibration(
         progress: see :func:`spiral_core.calibrate`.
 
     Raises:
-        TableError: the readings look as if they were in other units than stated.
+        TableError: the readings look as if they were in other units than stated, or contradict
+            the fibers or each other.
         InvalidInputError: too few readings, or nothing to fit.
         SpiralError: no law could be fitted; the first one's reason.
     """
     options, trial = options or CalibrationOptions(), _trial(description)
-    for one in measurements:
-        problems = [] if options.accept_implausible else _mix_ups(trial, one)
-        problems = problems or _contradictions(trial, one, robust=options.robust)
-        if problems:
-            raise TableError(problems)
+    _refuse_doubtful(trial, measurements, options)
     readings = [reading for one in measurements for reading in one.readings]
 
     def outcome(law: str) -> Outcome:
@@ -345,6 +347,30 @@ def calibration_model(
         if error.field != "fixed":
             raise
         raise InvalidInputError("--hold", error.value, error.requirement) from None
+
+
+def _refuse_doubtful(
+    trial: Trial, measurements: Sequence[Measurements], options: CalibrationOptions
+) -> None:
+    """Refuse readings that look like a mix-up, or contradict the fibers or each other."""
+    for one in measurements:
+        problems = _beyond_the_tip(trial, one)
+        if not (problems or options.accept_implausible):
+            problems = _mix_ups(trial, one)
+        problems = problems or _contradictions(trial, one, robust=options.robust)
+        if problems:
+            raise TableError(problems)
+
+
+def _beyond_the_tip(trial: Trial, measurements: Measurements) -> list[BadCell]:
+    """Return the points of shapes that lie farther along the tube than it is long."""
+    length = trial.actuation.actuator.tube.length
+    reason = f"must be at most the tube's length, {shown(length, 'm', rounded=rounded_down)}"
+    return [
+        BadCell(str(measurements.source), line, None, "arc_length", reason)
+        for line, one in zip(measurements.lines, measurements.readings, strict=True)
+        if isinstance(one, ShapeReading) and (one.arc_length or 0.0) > length
+    ]
 
 
 def _mix_ups(trial: Trial, measurements: Measurements, *, fitted: bool = True) -> list[BadCell]:

@@ -157,8 +157,8 @@ def calibrate(
         return 0
     measurements = load_files(description, files, stated)
     if measured_curve:
-        _refuse_unused("--measured-curve fits nothing", stated, report)
-        return _write_curve(description, measurements, save, no_save)
+        _refuse_unused("--measured-curve fits nothing", stated, report, "--accept-implausible")
+        return _write_curve(description, measurements, stated, save, no_save)
     from spiral_gripper.bench.report import CALIBRATION, radius_rows
     from spiral_gripper.bench.run import calibrate_gripper
     from spiral_gripper.reports.fields import document_of, rows_of
@@ -196,6 +196,7 @@ def calibrate(
 def _write_curve(
     description: GripperDescription,
     measurements: list[Measurements],
+    options: CalibrationOptions,
     save: Path | None,
     no_save: bool,
 ) -> int:
@@ -203,7 +204,7 @@ def _write_curve(
     from spiral_gripper.bench.run import measured_curve
     from spiral_gripper.files.shown import shown
 
-    curve = measured_curve(description, measurements)
+    curve = measured_curve(description, measurements, options)
     if wanted("json"):
         names = ("pressures", "curvatures", "torsions")
         print_json({name: getattr(curve, name) for name in names})
