@@ -106,9 +106,9 @@ def test_a_fast_closing_holds_less_than_a_slow_one():
     for frame in fast.frames:  # an interior point presses every node a little
         pressed = frame.state.normal_forces > 0.0
         assert frame.state.gaps[pressed].max(initial=0.0) < 1e-7
-    slow = holding_force(slow_closing(setup, pressure))
-    assert fast.holding_force().force < 0.5 * slow.force
-    assert not fast.is_orderly()
+    slow = slow_closing(setup, pressure)
+    assert fast.holding_force().force < 0.5 * holding_force(slow).force
+    assert not fast.is_orderly(slow)
     with pytest.raises(InvalidInputError, match="pressures"):
         close_on(setup, PressureCourse.ramp(1e4, 2.0 * setup.gripper.pressure_max, 1.0))
 
@@ -152,7 +152,7 @@ def test_a_grip_is_judged_where_the_tube_rests():
 def test_a_disorderly_closing_scatters_and_an_orderly_one_does_not(rate, orderly):
     setup = lay_into_coil(load_gripper("prototype_p2"), 0.012)
     closing = close_on(setup, PressureCourse.ramp(rate, 1.15 * setup.tip_pressure, 2.0))
-    assert closing.is_orderly() == orderly
+    assert closing.is_orderly(slow_closing(setup, closing.point.pressure)) == orderly
     spread = closing_spread(closing)
     least, most = spread.normal_force
     ranges = [(least, most), spread.contact_fraction, *spread.holding_forces.values()]

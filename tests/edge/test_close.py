@@ -63,6 +63,34 @@ def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(mon
     assert {"INTERRUPTED", "NOT COMPLETE"} & rows.keys() == {"INTERRUPTED"}
 
 
+@pytest.mark.parametrize(
+    ("asked", "slowly"),
+    [
+        ({"pressure": 3e4}, "too low, or lost"),
+        ({"pressure": 1e5}, "too low, or lost"),
+        ({"friction": 0.0}, None),
+    ],
+)
+def test_what_does_not_hold_when_closed_slowly_gets_no_advice(monkeypatch, asked, slowly):
+    monkeypatch.setattr(document, "closing_spread", lambda *_, **__: None)
+    rows, data = told(solve_close(replace(FAST, advise=True, **asked)))
+    assert ("closed slowly" in rows) == (slowly is not None) == (not data["wraps_slowly"])
+    assert slowly is None or rows["closed slowly"].endswith(slowly)
+    assert (rows["closed slowly it holds"] == "0 N") == (asked == {"friction": 0.0})
+    assert rows["fastest that keeps 90 %"].startswith("no advice")
+    assert (data["advice"]["rates"], data["advice"]["fastest_rate"]) == ([], None)
+
+
+def test_an_upright_tube_closes_though_it_swings_freely():
+    rows, data = told(
+        solve_close(replace(FAST, gripper=replace(GRIPPER, gravity=(-9.8, 0.0, 0.0))))
+    )
+    assert rows["upright, without pressure"].startswith("may fall to any side")
+    assert rows["hanging tube swings at"] == "not known"
+    assert data["complete"]
+    assert data["hanging_frequency"] is data["hanging_settling_time"] is None
+
+
 def test_the_object_of_an_animation_has_one_length():
     setup = lay_into_coil(GRIPPER, 0.02)
     hanging = GripPoint(0.0, setup, hanging_tube(setup))

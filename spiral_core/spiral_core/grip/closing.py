@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -16,9 +17,9 @@ from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.actuator.fibers import FiberAngles, fiber_state
 from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
-from spiral_core.grip.holding import HoldingForce, Pull, holding_force
+from spiral_core.grip.holding import ROUNDING, HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import FREE_ELEMENTS, GripSetup, free_problem, hanging_tube
-from spiral_core.grip.window import GripPoint
+from spiral_core.grip.window import GripPoint, wraps
 from spiral_core.message import Message, Quantity
 from spiral_core.numerics.tasks import Progress
 from spiral_core.rod.contact.problem import RodProblem
@@ -237,18 +238,17 @@ class TimedClosing:
         """
         return holding_force(self.grip_at_rest(), pull)
 
-    def is_orderly(self) -> bool:
+    def is_orderly(self, slow: GripPoint | None) -> bool:
         """Return whether at least 90 % of the slow closing's contact is there in the end.
 
         If not, turns have met the object at wrong places or passed it, and what holds scatters, in
         a simulation as in experiments: see :func:`closing_spread`. A closing that is not complete,
-        or whose slow one is not found, is not orderly.
+        or whose slow one is not known, is not orderly.
+
+        Args:
+            slow: what :func:`slow_closing` to the same pressure ends with; None if it is not known.
         """
-        if not self.is_complete:
-            return False
-        try:
-            slow = slow_closing(self.setup, self.point.pressure)
-        except SpiralError:
+        if slow is None or not self.is_complete:
             return False
         return self.contact_fractions[-1] >= ORDERLY * contact_fraction(slow.state)
 
@@ -423,8 +423,8 @@ class RateAdvice:
     """The holding force after closing at several rates, compared with slow closing.
 
     Args:
-        slow: holding force after closing slowly [N].
-        rates: looked at, decreasing [Pa/s].
+        slow: holding force after closing slowly [N]; NaN where it is not known.
+        rates: looked at, decreasing [Pa/s]; none where that wraps or holds nothing.
         forces: holding force after closing at each [N]; NaN where the closing was not completed,
             or the closed tube was not seen to rest.
         fastest: largest rate from which on downwards every one keeps 90 %; None if none does.
@@ -449,7 +449,8 @@ def growing_advice(
 ) -> Iterator[RateAdvice]:
     """Yield the fastest of some rates that keeps 90 % of the slowly closed grip, rate by rate.
 
-    First of the slowest rate alone, then of the two slowest and so on, as they are computed.
+    First of the slowest rate alone, then of the two slowest and so on, as they are computed. Of no
+    rate where the slowly closed tube wraps or holds nothing.
 
     Args:
         setup: gripper, object, friction.
@@ -462,7 +463,13 @@ def growing_advice(
     rising = sorted(require_positive("rates", rate) for rate in rates)
     if not rising:
         raise InvalidInputError("rates", rates, "one or more rates")
-    slow = holding_force(slow_closing(setup, pressure)).force
+    slow, wrapped = math.nan, False
+    with suppress(SpiralError):
+        closed = slow_closing(setup, pressure)
+        slow, wrapped = holding_force(closed).force, wraps(closed.state, closed.outer_radius)
+    if not (wrapped and slow > ROUNDING):
+        yield RateAdvice(slow, (), (), None)
+        return
     done: list[tuple[float, float]] = []
     fastest = None
     for i, rate in enumerate(rising):
@@ -499,8 +506,7 @@ def vibrations(gripper: Gripper, pressure: float, count: int = MODES) -> Modes:
         InvalidInputError: the pressure is out of range, or the weight not known.
         SolverError: the tube has no certified shape there.
     """
-    state = _free(gripper, pressure)
-    return vibration_modes(state, inertia_of(gripper, state.arc_lengths[-1]), count)
+    return _modes(gripper, _free(gripper, pressure), count)[1]
 
 
 def settling_after_ramp(
@@ -578,6 +584,18 @@ def _free(
     return solve_contact(free_problem(gripper, pressure), elements=elements, start=start)
 
 
+def _modes(gripper: Gripper, state: RodState, count: int) -> tuple[Inertia, Modes]:
+    """Return inertia and slowest vibrations of a gripper's tube about a state."""
+    inertia = inertia_of(gripper, state.arc_lengths[-1])
+    try:
+        return inertia, vibration_modes(state, inertia, count)
+    except InvalidInputError as error:
+        if error.field != "state":
+            raise
+        requirement = "one that holds the tube on one side: next to upright it turns freely"
+        raise InvalidInputError("gravity", gripper.gravity, requirement, "m/s^2") from error
+
+
 def _settled(
     gripper: Gripper, state: RodState, velocities: Array, order: float, damping: Damping | None
 ) -> float:
@@ -590,8 +608,7 @@ def _settled(
         order: of the norm over them: 2 where they may add up, infinite where they do not.
         damping: of the tube.
     """
-    inertia = inertia_of(gripper, state.arc_lengths[-1])
-    modes = vibration_modes(state, inertia, MODES)
+    inertia, modes = _modes(gripper, state, MODES)
     weights = inertia.mass * state.node_lengths[:, None]
     slow = SETTLED * float(state.arc_lengths[-1])
     longest = 0.0

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 
-from spiral_core.errors import InvalidInputError, SolverError
+from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.grip.closing import (
     BEYOND_WRAP,
     FRAMES,
@@ -21,10 +21,12 @@ from spiral_core.grip.closing import (
     closing_spread,
     growing_advice,
     settling_after_move,
+    slow_closing,
     vibrations,
 )
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.window import GripPoint, wraps
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.motion.inertia import Damping
 from spiral_core.rod.motion.motion import Frame
@@ -32,6 +34,7 @@ from spiral_core.rounding import rounded_up
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.files.shown import shown
 from spiral_gripper.reports.fields import Field, Json, Progress, Rows, data
+from spiral_gripper.reports.grip.rows import falls_by_choice
 
 # Speed of an arm that stops before the approach [m/s].
 MOVE = 0.25
@@ -79,7 +82,7 @@ class SolvedClose:
         forces: what holds then, for a complete closing; else empty.
         frequency: of the tube as it hangs, without pressure [Hz]; None if it is not known.
         settling: wait before it rests again after an arm's move [s]; None likewise.
-        orderly: whether the closing is complete and ends like the slow one.
+        slow: what closing slowly ends with; None if it is not known.
         spread: of the figures over repeated closings; None if the closing is orderly and none was
             asked for, or it is not complete.
         advice: on the rate, where it was asked for; of the slowest rates after an interrupt.
@@ -92,10 +95,21 @@ class SolvedClose:
     forces: tuple[HoldingForce, ...]
     frequency: float | None
     settling: float | None
-    orderly: bool
+    slow: GripPoint | None
     spread: ClosingSpread | None
     advice: RateAdvice | None
     interrupted: bool
+
+    @property
+    def orderly(self) -> bool:
+        """Whether the closing is complete and ends like the slow one."""
+        return self.closing.is_orderly(self.slow)
+
+    @property
+    def wraps_slowly(self) -> bool:
+        """Whether more than a tenth of the tube touches the object after closing slowly."""
+        slow = self.slow
+        return slow is not None and wraps(slow.state, slow.outer_radius)
 
     @property
     def complete(self) -> bool:
@@ -125,7 +139,8 @@ def solve_close(question: CloseQuestion, progress: Progress | None = None) -> So
     forces: tuple[HoldingForce, ...] = ()
     spread: ClosingSpread | None = None
     advice: RateAdvice | None = None
-    interrupted = orderly = False
+    slow: GripPoint | None = None
+    interrupted = False
     try:
         for frame in closing_frames(setup, course, damping=question.damping):
             frames.append(frame)
@@ -134,8 +149,9 @@ def solve_close(question: CloseQuestion, progress: Progress | None = None) -> So
         closing = TimedClosing(setup, course, tuple(frames))
         if closing.is_complete:
             forces = _forces(closing)
-        orderly = closing.is_orderly()
-        if closing.is_complete and (question.spread or not orderly):
+            with suppress(SpiralError):
+                slow = slow_closing(setup, pressure)
+        if closing.is_complete and (question.spread or not closing.is_orderly(slow)):
             spread = closing_spread(closing, damping=question.damping, progress=progress)
         if closing.is_complete and question.advise:
             rates = [pressure / rise for rise in RISES]
@@ -149,12 +165,12 @@ def solve_close(question: CloseQuestion, progress: Progress | None = None) -> So
             raise
         interrupted = True
     frequency = settling = None
-    with suppress(SolverError):  # they are not known
+    with suppress(InvalidInputError, SolverError):  # free to turn, or not known
         settling = settling_after_move(question.gripper, 0.0, MOVE, damping=question.damping)
         (frequency,) = vibrations(question.gripper, 0.0, 1).frequencies.tolist()
     closing = TimedClosing(setup, course, tuple(frames))
     return SolvedClose(
-        question, pressure, closing, forces, frequency, settling, orderly, spread, advice,
+        question, pressure, closing, forces, frequency, settling, slow, spread, advice,
         interrupted,
     )  # fmt: skip
 
@@ -193,7 +209,8 @@ def _held(solved: SolvedClose) -> Rows:
         for one in solved.forces
     ]
     if solved.spread is not None:
-        why = "" if solved.orderly else "; a slow closing touches far more, so this one scatters"
+        more = solved.wraps_slowly and not solved.orderly
+        why = "; a slow closing touches far more, so this one scatters" if more else ""
         rows.append(("in brackets", f"lowest and highest of four like closings{why}"))
     if solved.complete and not solved.forces:
         rows.append(("holds", "not known: the closed tube was not seen to rest"))
@@ -205,7 +222,10 @@ def _advised(solved: SolvedClose) -> Rows:
     if advice is None:
         return []
     pairs = zip(advice.rates, advice.forces, strict=True)
-    fastest = "none of these" if advice.fastest is None else shown(advice.fastest, "Pa/s")
+    none = (
+        "none of these" if advice.rates else "no advice: closed slowly nothing is wrapped and held"
+    )
+    fastest = none if advice.fastest is None else shown(advice.fastest, "Pa/s")
     return [
         ("closed slowly it holds", _newtons(advice.slow)),
         *((f"  at {shown(rate, 'Pa/s')}", _newtons(force)) for rate, force in pairs),
@@ -271,7 +291,16 @@ def _with_spread(
 
 
 def _newtons(force: float) -> str:
-    return shown(force, "N", 3)
+    return "not known" if math.isnan(force) else shown(force, "N", 3)
+
+
+def _slowly(solved: SolvedClose) -> str | None:
+    """Return that a slow closing wraps nothing at this pressure either; None if it does."""
+    if not solved.closing.is_complete or solved.wraps_slowly:
+        return None
+    if solved.slow is None:
+        return "it was not seen to rest at this pressure"
+    return "it does not wrap the object at this pressure: too low, or lost"
 
 
 def _seconds(time: float | None, within: float = 0.0, never: str = "not within this time") -> str:
@@ -286,6 +315,7 @@ CLOSE = (
     *data(gripper="question.gripper.name", object_radius="question.radius", rate="question.rate"),
     Field("pressure", "pressure", "pressure", lambda s: f"to {shown(s.pressure, 'Pa')}"),
     Field("friction", "friction coefficient", "closing.setup.obstacle.friction", "{:.3g}"),
+    falls_by_choice("closing.setup"),
     Field("complete", "", "complete", _ended),
     Field("time_to_touch", "touches after", "closing.time_to_touch", lambda s: (
         _seconds(s.closing.time_to_touch)
@@ -304,6 +334,7 @@ CLOSE = (
     Field("normal_force", "presses with", "closing.point.normal_force", _presses),
     Field("holding_forces", "", lambda s: {o.pull.name.lower(): o.force for o in s.forces}, _held),
     *data(orderly="orderly", spread=_spread),
+    Field("wraps_slowly", "closed slowly", "wraps_slowly", _slowly),
     Field("advice", "", _advice, _advised),
     Field("hanging_frequency", "hanging tube swings at", "frequency", lambda s: (
         "not known" if s.frequency is None else f"{s.frequency:.3g} Hz"
