@@ -104,14 +104,24 @@ LOADED = replace(
 def test_what_is_carried_grows_with_friction():
     gripper = gripper_of(LOADED, *LOADED.candidates(), 0.33, 80e3)
     slippery, rough = (
-        carried_mass(replace(LOADED, friction_coefficient=mu), gripper) for mu in (0.1, 0.4)
+        carried_mass(replace(LOADED, friction_coefficient=mu), gripper)[0] for mu in (0.1, 0.4)
     )
     assert 0.0 < 2.0 * slippery < rough < 1.0
 
 
+def test_a_payload_raises_a_pressure_limit_that_nobody_requires():
+    wanted = replace(LOADED, radius_max=0.022, turns_required=1.05)
+    own = designed(wanted).gripper.pressure_max
+    carries, required = designed(wanted, payload=0.018), designed(wanted, pressure_max=150e3)
+    assert own < carries.gripper.pressure_max < required.gripper.pressure_max
+    mass, pressure = carried_mass(replace(wanted, payload=0.018), carries.gripper)
+    assert mass > 0.018
+    assert own < pressure <= carries.gripper.pressure_max
+
+
 def test_a_payload_is_a_constraint_like_any_other(monkeypatch):
     asked = []
-    monkeypatch.setattr(payload, "carried_mass", lambda *call: asked.append(call) or 0.02)
+    monkeypatch.setattr(payload, "carried_mass", lambda *call: asked.append(call) or (0.02, 6e4))
     light, heavy = (answered(LOADED, payload=mass) for mass in (0.015, 0.05))
     requirement, gripper = asked[0]
     assert (requirement.friction_coefficient, gripper.friction_coefficient) == (0.3, 0.3)

@@ -28,7 +28,7 @@ def test_a_design_is_closed_on_its_objects_as_wrap_closes_its_file(answer):
 def test_a_saved_description_may_have_any_name_and_has_the_friction_of_its_payload(
     said, name, monkeypatch
 ):
-    monkeypatch.setattr("spiral_core.design.payload.carried_mass", lambda *_: 0.02)
+    monkeypatch.setattr("spiral_core.design.payload.carried_mass", lambda *_: (0.02, 6e4))
     said(PAPER, "--payload 10g --friction 0.5 --report a.html --save", shlex.quote(f"{name}.yaml"))
     gripper = load_gripper(f"{name}.yaml")
     assert (gripper.name, gripper.friction_coefficient) == (name, 0.5)

@@ -79,7 +79,8 @@ def _closed(radius: float, setup: GripSetup) -> ClosedObject:
     except SpiralError as error:
         return ClosedObject(radius, reason=str(error))
     reason = "" if window.onset_wrap is not None else window.end.value
-    return ClosedObject(radius, window.onset_wrap, reason=reason)
+    falls = setup.falls_by_choice
+    return ClosedObject(radius, window.onset_wrap, reason=reason, falls_by_choice=falls)
 
 
 def _shifted(

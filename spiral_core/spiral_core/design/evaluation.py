@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from spiral_core.actuator.actuation import FreeActuation
 from spiral_core.brief import brief_repr
@@ -20,6 +20,7 @@ from spiral_core.design.margin import Constraint, Margin, tightest
 from spiral_core.design.requirement import Candidate, DesignRequirement, Preference
 from spiral_core.design.rod_correction import (
     NEAR_MISS,
+    PRESSURE_RESERVE,
     ExactFigures,
     LengthSearch,
     longest_length,
@@ -29,6 +30,9 @@ from spiral_core.errors import NotGrippableError
 # A gripper so long that it would only hang makes about as many turns as its helix. Where that is
 # less than this fraction of those required, no rod is solved.
 HOPELESS_TURNS = 0.5
+# Where no pressure limit is required, pressures up to this many times the design's own limit are
+# looked at for the payload; it is raised if that carries notably more.
+MOST_FOR_PAYLOAD, NOTABLY = 2.0, 1.01
 
 
 class _Judged:
@@ -87,6 +91,7 @@ class ClosedObject:
         safe_shift: across its axis, from which it is still held [m]; None where no tolerance is
             required, or it is not wrapped.
         aim: from its place to the middle of these shifts, away from the base and across [m].
+        falls_by_choice: whether nothing says to which side the tube falls at first.
     """
 
     radius: float
@@ -95,6 +100,7 @@ class ClosedObject:
     reason: str = ""
     safe_shift: float | None = None
     aim: tuple[float, float] = (0.0, 0.0)
+    falls_by_choice: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -223,7 +229,16 @@ def evaluate_candidate(
         # Contact is loaded only when a payload is asked for.
         from spiral_core.design.payload import carried_mass
 
-        carried = carried_mass(requirement, exact.gripper)
+        gripper = exact.gripper
+        carried, _ = carried_mass(requirement, gripper)
+        if carried < requirement.payload and requirement.pressure_max is None:
+            # Its own limit is that of the wrap alone.
+            limit = min(gripper.actuation.pressure_limit, MOST_FOR_PAYLOAD * gripper.pressure_max)
+            more, pressure = carried_mass(requirement, replace(gripper, pressure_max=limit))
+            if more > NOTABLY * carried:
+                carried, limit = more, min(limit, (1.0 + PRESSURE_RESERVE) * pressure)
+                raised = replace(gripper, pressure_max=max(gripper.pressure_max, limit))
+                exact = replace(exact, gripper=raised)
         margins.append(Margin(Constraint.PAYLOAD, carried, requirement.payload))
     return Evaluation(estimate, exact, search.held, tuple(margins))
 

@@ -32,8 +32,10 @@ def object_in_coil(gripper: Gripper, radius: float, friction: float) -> GripSetu
     return lay_into_coil(gripper, reached, friction=friction, curve=curve)
 
 
-def carried_mass(requirement: DesignRequirement, gripper: Gripper) -> float:
+def carried_mass(requirement: DesignRequirement, gripper: Gripper) -> tuple[float, float]:
     """Return the mass that a gripper carries twice over, of its extreme objects the lesser [kg].
+
+    And the pressure that this takes, of both objects the higher [Pa].
 
     It is carried at a pressure that :meth:`Grip.recommended_pressure` allows: with the object
     wrapped, the tip on it, and a tenth below the loss. Zero where an object is not held at all.
@@ -44,19 +46,22 @@ def carried_mass(requirement: DesignRequirement, gripper: Gripper) -> float:
         gripper: of a candidate, with the largest pressure that is commanded.
     """
     radii = {requirement.radius_min, requirement.radius_max}
-    return min(_carried(gripper, radius, requirement.friction_coefficient) for radius in radii)
+    carried = [_carried(gripper, radius, requirement.friction_coefficient) for radius in radii]
+    masses, pressures = zip(*carried, strict=True)
+    return min(masses), max(pressures)
 
 
-def _carried(gripper: Gripper, radius: float, friction: float) -> float:
-    """Return the largest mass that is carried at a recommended pressure [kg]."""
+def _carried(gripper: Gripper, radius: float, friction: float) -> tuple[float, float]:
+    """Return the largest mass that is carried [kg], and the recommended pressure that does [Pa]."""
     try:
         window = grip_window(object_in_coil(gripper, radius, friction))
         if window.onset_wrap is None:
-            return 0.0
+            return 0.0, 0.0
         allowed = Grip(window, (), {}).carrying_range
         pressures = np.unique(np.linspace(*allowed, LOOKED_AT)).tolist()
         held = solve_grip(window.setup, (Pull.DOWN,), pressures=pressures, window=window)
     except (NotGrippableError, SolverError):
-        return 0.0
-    most = float(np.nanmax(held.force(Pull.DOWN), initial=0.0))
-    return most / (PAYLOAD_SAFETY * math.hypot(*gripper.gravity))
+        return 0.0, 0.0
+    forces = np.nan_to_num(held.force(Pull.DOWN))
+    best = int(np.argmax(forces))
+    return float(forces[best]) / (PAYLOAD_SAFETY * math.hypot(*gripper.gravity)), pressures[best]

@@ -205,7 +205,7 @@ class DesignRequirement:
             )
         require_vector("gravity", self.gravity, 3)
         if self.payload is not None and not any(self.gravity):
-            raise InvalidInputError("payload", self.payload, "None where there is no gravity")
+            raise InvalidInputError("payload", self.payload, "left out where there is no gravity")
         require_in_range("friction_coefficient", self.friction_coefficient, 0.0, FRICTION_MAX)
         if self.object_axis is not None:
             require_unit_vector("object_axis", self.object_axis)

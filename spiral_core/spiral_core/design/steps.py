@@ -170,7 +170,14 @@ def steps_of(
             if one.shift:
                 figures.append((Message("object shifted by, {}", size), one.shift, "m"))
                 said.append(Message("{} is wrapped from another place than the free coil's", size))
-        remark = joined("; ", said) or "all objects are wrapped where the free coil lies"
+        said = said or [Message("all objects are wrapped where the free coil lies")]
+        if any(one.falls_by_choice for one in chosen.closed):
+            said.append(
+                Message(
+                    "upright it may fall to any side at first: here to the one to which it bends"
+                )
+            )
+        remark = joined("; ", said)
         met = _met(chosen.margins, Constraint.WRAPPED, Constraint.TOLERANCE)
         step("closing with contact", met, remark, *figures)
     return tuple(steps)

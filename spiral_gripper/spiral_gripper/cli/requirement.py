@@ -100,7 +100,9 @@ def requirement_from(options: dict[str, Any], *, contact: bool = False) -> Desig
         click.UsageError: friction where it matters to nothing.
     """
     if options["friction_coefficient"] is not None and options["payload"] is None and not contact:
-        raise click.UsageError("--friction goes with --payload")
+        raise click.UsageError(
+            "--friction goes with --payload where nothing is closed with contact, as with --paper"
+        )
     from spiral_core.design.requirement import DesignRequirement, Preference
     from spiral_gripper.files.plausibility import warnings_of_size
     from spiral_gripper.files.tubing import load_tubing, parse_tube_size
