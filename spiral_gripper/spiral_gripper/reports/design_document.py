@@ -17,6 +17,9 @@ from spiral_gripper.files.fields import law_name
 from spiral_gripper.files.shown import number, scale_of, shown, shown_message, shown_range
 from spiral_gripper.reports.fields import Field, Json, Rows, data, document_of, plain
 
+# No fiber is as thin as this pitch [m].
+LEAST_PITCH = 1e-4
+
 
 def report_as_dict(report: DesignReport) -> Json:
     """Return a whole report, in SI."""
@@ -99,8 +102,11 @@ def winding_rows_of(windings: Sequence[Winding]) -> Rows:
     """Return how each family is wound."""
     rows = []
     for w in windings:
-        text = f"{w.hand}-handed, pitch {_mm(w.pitch)}, {w.turns:.1f} turns"
-        rows.append((f"winding at {shown(w.angle, 'rad')}", f"{text}, fiber {_mm(w.fiber_length)}"))
+        text = f"{w.hand}-handed, pitch {_mm(w.pitch)}, {w.turns:.1f} turns, "
+        text += f"fiber {_mm(w.fiber_length)}"
+        if w.pitch < LEAST_PITCH:
+            text = "rings: too steep to be wound"
+        rows.append((f"winding at {shown(w.angle, 'rad')}", text))
     return rows
 
 

@@ -85,15 +85,15 @@ def winding_rows(actuator: Actuator, end_allowance: float) -> Rows:
         end_allowance: tube that plug and fitting take up at each end [m].
     """
     tube = actuator.tube
-    bore, wall, length, cut = (
+    bore, wall, length, cut, more = (
         shown(size, "m")
         for size in (2.0 * tube.inner_radius, tube.wall_thickness, tube.length,
-                     tube.length + 2.0 * end_allowance)
+                     tube.length + 2.0 * end_allowance, end_allowance)
     )  # fmt: skip
     rows = [
         ("tube, bore x wall", f"{bore} x {wall}"),
         ("length between the fittings", length),
-        ("cut length", cut),
+        ("cut length", f"{cut}, with {more} at each end"),
         *winding_rows_of(windings_of(actuator)),
     ]
     for fiber in actuator.single_fibers:

@@ -14,7 +14,10 @@ from matplotlib.patches import Rectangle
 
 from spiral_core.actuator.actuator import Actuator, windings_of
 from spiral_core.errors import InvalidInputError
+from spiral_core.message import Message, Quantity
+from spiral_core.rounding import rounded_down
 from spiral_gripper.files.storage import write_file
+from spiral_gripper.reports.design_document import LEAST_PITCH
 from spiral_gripper.reports.style import COLORS, paper_style
 from spiral_gripper.reports.tables import winding_rows
 
@@ -39,15 +42,22 @@ def winding_figures(actuator: Actuator, name: str, end_allowance: float) -> list
         end_allowance: tube that plug and fitting take up at each end [m].
 
     Raises:
-        InvalidInputError: a family at 90 degrees cannot be wound; a tube too thick for the page.
+        InvalidInputError: a family is too steep to be wound; a tube too thick for the page.
     """
     around = 2e3 * math.pi * actuator.tube.outer_radius
     width = PAGE_WIDTH - 2.0 * MARGIN
     if around > width:
         diameter = 2e3 * actuator.tube.outer_radius
         raise InvalidInputError("outer diameter [mm]", diameter, f"at most {width / math.pi:.4g}")
-    if any(winding.pitch < 1e-4 for winding in windings_of(actuator)):
-        raise InvalidInputError("fiber angle", "90 degrees", "less: it has no pitch to wind")
+    for winding in windings_of(actuator):
+        if winding.pitch < LEAST_PITCH:
+            steepest = math.atan2(2.0 * math.pi * actuator.tube.outer_radius, LEAST_PITCH)
+            requirement = Message(
+                "at most {}, a pitch of {}",
+                Quantity(steepest, "rad", rounded_down),
+                Quantity(LEAST_PITCH, "m"),
+            )
+            raise InvalidInputError("fiber angle", abs(winding.angle), requirement, "rad")
     length = 1e3 * actuator.tube.length
     starts = np.arange(0.0, length, STRIP_LENGTH).tolist()
     each = max(1, int((width + STRIP_GAP) / (around + STRIP_GAP)))
