@@ -48,6 +48,14 @@ def test_an_interrupt_keeps_what_was_computed_and_a_hanging_state_may_be_unknown
     assert data["hanging_frequency"] is None
 
 
+def test_what_an_interrupt_leaves_out_is_not_told(monkeypatch):
+    monkeypatch.setattr(document, "slow_closing", Mock(side_effect=KeyboardInterrupt))
+    rows, data = told(solve_close(FAST))
+    assert "INTERRUPTED" in rows
+    assert "closed slowly" not in rows
+    assert (data["complete"], data["wraps_slowly"]) == (False, None)
+
+
 def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(monkeypatch):
     monkeypatch.setattr(document, "closing_spread", lambda *_, **__: None)
     monkeypatch.setattr(document, "RISES", (0.1, 0.2))
@@ -66,8 +74,8 @@ def test_an_interrupted_advice_keeps_the_closing_and_the_rates_that_are_done(mon
 @pytest.mark.parametrize(
     ("asked", "slowly"),
     [
-        ({"pressure": 3e4}, "too low, or lost"),
-        ({"pressure": 1e5}, "too low, or lost"),
+        ({"pressure": 3e4}, "too low, or too high"),
+        ({"pressure": 1e5}, "too low, or too high"),
         ({"friction": 0.0}, None),
     ],
 )

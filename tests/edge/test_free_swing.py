@@ -2,6 +2,7 @@
 """``calibrate --free-swing``: from a CSV file to the damping, and refusals by name."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,10 @@ def test_the_example_tells_the_damping_it_was_made_with(answer, said):
     # An error stated beside the file is that of its column; a large swing is warned of.
     bare = re.sub("(,.*?),.*?,", r"\1,", SWING)
     assert answer(asked(bare), "--error displacement=0.3mm") == told
+    still = re.sub(r"(?<=\n1.04,)[^,]+", "0", bare)
+    told = said(asked(still), "--error", shlex.quote("displacement=2 %"), code=2)
+    assert '"displacement_error": must be a quantity' in told
+    assert told.endswith("got 2 %")
     wide = re.sub(r"(?<=,)-?\d+\.\d+(?=,0)", lambda cell: str(2.0 * float(cell[0])), SWING)
     assert "the swing is large" in said(asked(wide))
 

@@ -84,6 +84,9 @@ def test_what_is_stated_beside_the_file_must_fit_it():
     for wrong in ("0.2", "2 kPa", "-1 %", "0 mm"):
         found = problems(bare, errors={"extension": wrong})
         assert [(p.line, p.heading) for p in found] == [(k, "extension_error") for k in (2, 3)]
+    (share,) = problems(bare.replace("20,4.0", "20,0"), errors={"extension": "2 %"})
+    assert (share.line, share.heading) == (2, "extension_error")
+    assert share.reason.endswith("a share of a reading of 0 is no error, got 2 %")
 
 
 @given(st.text(max_size=200), st.sampled_from(["", f"{HEADER}\n"]))

@@ -15,6 +15,7 @@ import trimesh
 
 from spiral_core import (
     InvalidInputError,
+    SpiralError,
     WrapRegime,
     solve_rod,
 )
@@ -116,7 +117,11 @@ def test_a_session_answers_the_newest_settings_and_exports_what_is_shown():
     moved = replace(SETTINGS, object_radius=0.025, length=0.3)
     session.update(moved)
     assert session.known is None
+    with pytest.raises(SpiralError, match="still being computed"):
+        EXPORTS["urdf"][1](session)
     while session.known is None:
+        assert heard.acquire(timeout=60.0)
+    while not session.known.is_complete:
         assert heard.acquire(timeout=60.0)
     assert session.answer.wrap.object_radius == pytest.approx(0.025)
     session.update(replace(moved, pressure=1e9))

@@ -326,6 +326,7 @@ command_topic=pressure_command
 measured_topic=measured_pressure
 measured_type=sensor_msgs/msg/FluidPressure measured_field=fluid_pressure
 measured_offset=1.0
+device=modbus command_unit=kPa measured_table=input
 """
 
 

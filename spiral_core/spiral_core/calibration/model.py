@@ -515,7 +515,7 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
         if apart > FAR_APART:
             reason = (
                 f"alike: at one pressure they are {apart:.3g} standard errors of their "
-                "difference apart; state the error that repeats show, or fit without outliers"
+                "difference apart; state the error that repeats show, or leave one out"
             )
             quantity, both = readings[low[2]].quantity, (low[0], high[0])
             found.append(Contradiction((low[2], high[2]), quantity, both, reason))

@@ -233,7 +233,10 @@ def evaluate_candidate(
         carried, _ = carried_mass(requirement, gripper)
         if carried < requirement.payload and requirement.pressure_max is None:
             # Its own limit is that of the wrap alone.
-            limit = min(gripper.actuation.pressure_limit, MOST_FOR_PAYLOAD * gripper.pressure_max)
+            limit = min(
+                _bearable(requirement, candidate, exact.length),
+                MOST_FOR_PAYLOAD * gripper.pressure_max,
+            )
             more, pressure = carried_mass(requirement, replace(gripper, pressure_max=limit))
             if more > NOTABLY * carried:
                 carried, limit = more, min(limit, (1.0 + PRESSURE_RESERVE) * pressure)
@@ -241,6 +244,14 @@ def evaluate_candidate(
                 exact = replace(exact, gripper=raised)
         margins.append(Margin(Constraint.PAYLOAD, carried, requirement.payload))
     return Evaluation(estimate, exact, search.held, tuple(margins))
+
+
+def _bearable(requirement: DesignRequirement, candidate: Candidate, length: float) -> float:
+    """Return the pressure up to which a candidate keeps to the largest strain [Pa]."""
+    actuation, most = FreeActuation(candidate.actuator(requirement, length)), requirement.strain_max
+    if most is None:
+        return actuation.pressure_limit
+    return actuation.pressure_from_stretch(min(1.0 + most, actuation.stretch_limit))
 
 
 def solve_candidate(

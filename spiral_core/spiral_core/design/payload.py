@@ -35,33 +35,35 @@ def object_in_coil(gripper: Gripper, radius: float, friction: float) -> GripSetu
 def carried_mass(requirement: DesignRequirement, gripper: Gripper) -> tuple[float, float]:
     """Return the mass that a gripper carries twice over, of its extreme objects the lesser [kg].
 
-    And the pressure that this takes, of both objects the higher [Pa].
+    And the lowest pressure looked at that carries the payload required, or the most [Pa].
 
     It is carried at a pressure that :meth:`Grip.recommended_pressure` allows: with the object
     wrapped, the tip on it, and a tenth below the loss. Zero where an object is not held at all.
     Each object takes a window and a few pulls along gravity: about two seconds.
 
     Args:
-        requirement: objects and friction.
+        requirement: objects, friction and payload.
         gripper: of a candidate, with the largest pressure that is commanded.
     """
     radii = {requirement.radius_min, requirement.radius_max}
-    carried = [_carried(gripper, radius, requirement.friction_coefficient) for radius in radii]
+    carried = [_carried(requirement, gripper, radius) for radius in radii]
     masses, pressures = zip(*carried, strict=True)
     return min(masses), max(pressures)
 
 
-def _carried(gripper: Gripper, radius: float, friction: float) -> tuple[float, float]:
-    """Return the largest mass that is carried [kg], and the recommended pressure that does [Pa]."""
+def _carried(
+    requirement: DesignRequirement, gripper: Gripper, radius: float
+) -> tuple[float, float]:
+    """Return the largest mass that is carried [kg], and the pressure that is enough [Pa]."""
     try:
-        window = grip_window(object_in_coil(gripper, radius, friction))
+        window = grip_window(object_in_coil(gripper, radius, requirement.friction_coefficient))
         if window.onset_wrap is None:
             return 0.0, 0.0
         allowed = Grip(window, (), {}).carrying_range
-        pressures = np.unique(np.linspace(*allowed, LOOKED_AT)).tolist()
-        held = solve_grip(window.setup, (Pull.DOWN,), pressures=pressures, window=window)
+        pressures = np.unique(np.linspace(*allowed, LOOKED_AT))
+        held = solve_grip(window.setup, (Pull.DOWN,), pressures=pressures.tolist(), window=window)
     except (NotGrippableError, SolverError):
         return 0.0, 0.0
-    forces = np.nan_to_num(held.force(Pull.DOWN))
-    best = int(np.argmax(forces))
-    return float(forces[best]) / (PAYLOAD_SAFETY * math.hypot(*gripper.gravity)), pressures[best]
+    masses = np.nan_to_num(held.force(Pull.DOWN)) / (PAYLOAD_SAFETY * math.hypot(*gripper.gravity))
+    most = float(masses.max())
+    return most, float(pressures[masses >= min(requirement.payload or 0.0, most)][0])

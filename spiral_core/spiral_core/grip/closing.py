@@ -19,7 +19,7 @@ from spiral_core.brief import brief_repr
 from spiral_core.errors import InvalidInputError, SolverError, SpiralError
 from spiral_core.grip.holding import ROUNDING, HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import FREE_ELEMENTS, GripSetup, free_problem, hanging_tube
-from spiral_core.grip.window import GripPoint, wraps
+from spiral_core.grip.window import GripPoint
 from spiral_core.message import Message, Quantity
 from spiral_core.numerics.tasks import Progress
 from spiral_core.rod.contact.problem import RodProblem
@@ -424,7 +424,7 @@ class RateAdvice:
 
     Args:
         slow: holding force after closing slowly [N]; NaN where it is not known.
-        rates: looked at, decreasing [Pa/s]; none where that wraps or holds nothing.
+        rates: looked at, decreasing [Pa/s]; none where the object is then not wrapped or held.
         forces: holding force after closing at each [N]; NaN where the closing was not completed,
             or the closed tube was not seen to rest.
         fastest: largest rate from which on downwards every one keeps 90 %; None if none does.
@@ -450,7 +450,7 @@ def growing_advice(
     """Yield the fastest of some rates that keeps 90 % of the slowly closed grip, rate by rate.
 
     First of the slowest rate alone, then of the two slowest and so on, as they are computed. Of no
-    rate where the slowly closed tube wraps or holds nothing.
+    rate where an object is not wrapped or held even after closing slowly.
 
     Args:
         setup: gripper, object, friction.
@@ -459,14 +459,18 @@ def growing_advice(
         wait: at the pressure before the grip is judged [s].
         damping: None is that of a silicone tube in air.
         progress: called with frames done and all.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
     """
     rising = sorted(require_positive("rates", rate) for rate in rates)
     if not rising:
         raise InvalidInputError("rates", rates, "one or more rates")
+    require_in_range("pressure", pressure, 0.0, setup.gripper.pressure_max, "Pa")
     slow, wrapped = math.nan, False
-    with suppress(SpiralError):
+    with suppress(SpiralError):  # it is not seen to rest
         closed = slow_closing(setup, pressure)
-        slow, wrapped = holding_force(closed).force, wraps(closed.state, closed.outer_radius)
+        slow, wrapped = holding_force(closed).force, closed.is_wrapped
     if not (wrapped and slow > ROUNDING):
         yield RateAdvice(slow, (), (), None)
         return
@@ -503,7 +507,8 @@ def vibrations(gripper: Gripper, pressure: float, count: int = MODES) -> Modes:
     """Return the slowest vibrations of a free gripper at a pressure [Pa].
 
     Raises:
-        InvalidInputError: the pressure is out of range, or the weight not known.
+        InvalidInputError: the pressure is out of range, the weight not known, or the tube, next to
+            upright, free to turn.
         SolverError: the tube has no certified shape there.
     """
     return _modes(gripper, _free(gripper, pressure), count)[1]
@@ -533,7 +538,8 @@ def settling_after_ramp(
         where nothing damps it.
 
     Raises:
-        InvalidInputError: a value is out of range, or the weight not known.
+        InvalidInputError: a value is out of range, the weight not known, or the tube, next to
+            upright, free to turn.
         SolverError: the tube has no certified shape at this pressure.
     """
     require_positive("rate", rate)
@@ -565,7 +571,8 @@ def settling_after_move(
         As :func:`settling_after_ramp`.
 
     Raises:
-        InvalidInputError: a value is out of range, or the weight not known.
+        InvalidInputError: a value is out of range, the weight not known, or the tube, next to
+            upright, free to turn.
         SolverError: the tube has no certified shape at this pressure.
     """
     require_non_negative("speed", speed)

@@ -257,7 +257,7 @@ def _reading(
         field_names = {
             "error": f"{kind.error_name}_error",
             "position": kind.name,
-            **{f"--error {name}": f"{name}_error" for name in ERROR_COLUMNS},
+            **{f"--error {name}": f"{name}_error" for name in ("pressure", kind.error_name)},
         }
         name = field_names.get(problem.field, problem.field)
         stated = options.errors.get(name.removesuffix("_error"))

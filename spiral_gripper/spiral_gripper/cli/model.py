@@ -19,6 +19,7 @@ from spiral_gripper.cli.types import (
     typed,
     units_option,
 )
+from spiral_gripper.cli.workers import progress_bar
 
 SHEET_FILE = Suffixed((".pdf", ".svg"))
 
@@ -34,10 +35,15 @@ def model(gripper: str, radius: float, save: Path | None, **options: object) -> 
     GRIPPER is the name of a shipped gripper or the path of a description file. The xacro file
     urdf/spiral_gripper.urdf.xacro of the package spiral_gripper_ros reads the output.
     """
+    from spiral_core.grip.grip import solve_grip
+    from spiral_core.grip.setup import lay_into_coil
     from spiral_gripper.files.storage import write_file
-    from spiral_gripper.reports.robot_model import model_as_yaml, solve_model
+    from spiral_gripper.reports.robot_model import model_as_yaml, model_of
 
-    text = model_as_yaml(solve_model(mounted(described(gripper).gripper, options), radius))
+    setup = lay_into_coil(mounted(described(gripper).gripper, options), radius)
+    with progress_bar("closing") as progress:
+        grip = solve_grip(setup, (), pressures=(), progress=progress)
+    text = model_as_yaml(model_of(grip, radius))
     if save is None:
         click.echo(text, nl=False)
     else:

@@ -10,11 +10,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from spiral_core.grip.grip import solve_grip
-from spiral_core.grip.setup import lay_into_coil
+from spiral_core.grip.grip import Grip
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
-from spiral_core.wrap.gripper import Gripper
 from spiral_gripper.reports.wrap_document import solve_shape
 
 # Shapes without an object, from 0 Pa to the grip's pressure, that the swept volume holds.
@@ -50,17 +48,18 @@ class RobotModel:
     spheres: Array
 
 
-def solve_model(gripper: Gripper, radius: float) -> RobotModel:
-    """Return the model of a gripper that grips an object of a radius [m].
+def model_of(grip: Grip, radius: float) -> RobotModel:
+    """Return the model of a gripper on its object at the recommended pressure.
+
+    Args:
+        grip: its forces do not matter.
+        radius: of the object, where that varies in the middle of what is wrapped [m].
 
     Raises:
-        InvalidInputError, NoCoilError, NotGrippableError, SolverError: see
-            :func:`~spiral_core.lay_into_coil` and :func:`~spiral_core.solve_grip`.
+        SolverError: a shape could not be certified.
     """
-    outer = gripper.tube.outer_radius
-    grip = solve_grip(lay_into_coil(gripper, radius), (), pressures=())
-    pressure = grip.recommended_pressure()
-    wrapped = grip.window.at(pressure).state
+    gripper, pressure = grip.setup.gripper, grip.recommended_pressure()
+    outer, wrapped = gripper.tube.outer_radius, grip.window.at(pressure).state
     shapes = [point.state for point in grip.window.points if point.pressure < pressure]
     free = np.linspace(0.0, pressure, SWEPT_SHAPES).tolist()
     shapes += [solve_shape(gripper, each).state for each in free]

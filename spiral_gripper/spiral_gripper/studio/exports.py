@@ -10,11 +10,12 @@ from types import MappingProxyType
 import numpy as np
 import trimesh
 
+from spiral_core.errors import SpiralError
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Array
 from spiral_gripper.files.description_text import description_text
 from spiral_gripper.reports.meshes import tube_mesh
-from spiral_gripper.reports.robot_model import model_as_urdf, model_as_yaml, solve_model
+from spiral_gripper.reports.robot_model import RobotModel, model_as_urdf, model_as_yaml, model_of
 from spiral_gripper.studio.session import Session
 from spiral_gripper.studio.settings import description_of
 
@@ -54,10 +55,17 @@ def _mesh(session: Session, kind: str) -> bytes:
     return shape_mesh(session.shown().positions, session.gripper.tube.outer_radius, kind)
 
 
-def _model(session: Session, write: Callable[..., str]) -> bytes:
-    """Return the wrapped gripper for a robot's description."""
-    model = solve_model(session.gripper, session.settings.object_radius)
-    return write(model).encode()
+def _model(session: Session, write: Callable[[RobotModel], str]) -> bytes:
+    """Return the gripper on its object for a robot's description.
+
+    Raises:
+        SpiralError: the object is not held, or not known to be.
+    """
+    known = session.known
+    if known is None or known.grip is None:
+        refusal = "" if known is None else known.refusal
+        raise SpiralError(refusal or "the grip is still being computed")
+    return write(model_of(known.grip, known.settings.object_radius)).encode()
 
 
 # Name on the page -> suffix of the file, and what writes it.

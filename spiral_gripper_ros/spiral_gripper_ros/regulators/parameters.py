@@ -128,6 +128,28 @@ class RegulatorParameters(Parameters):
 REGULATOR_PARAMETERS: Final = RegulatorParameters.specs()
 
 
+# What names the source of a measured pressure, and its value where there is none.
+MEASURED_BY: Final = {TOPIC: ("measured_topic", NONE), MODBUS: ("measured_register", NO_REGISTER)}
+
+
+def require_measured(values: RegulatorParameters) -> None:
+    """Refuse a measured pressure that is described, but comes from nowhere.
+
+    Raises:
+        InvalidInputError: neither topic nor register of it is named.
+    """
+    source, nowhere = MEASURED_BY.get(values.device, ("device", ""))
+    if getattr(values, source) != nowhere:
+        return
+    unused = RegulatorParameters()
+    for spec in REGULATOR_PARAMETERS:
+        described = getattr(values, spec.name) != getattr(unused, spec.name)
+        if described and spec.name.startswith("measured_"):
+            raise InvalidInputError(
+                source, nowhere, f"named: {spec.name} describes what is measured"
+            )
+
+
 def require_timely(values: RegulatorParameters) -> None:
     """Refuse times with which the device's watchdog would vent between two exchanges.
 

@@ -22,6 +22,7 @@ from spiral_gripper_ros.regulators.parameters import (
     MODBUS,
     SERIAL,
     RegulatorParameters,
+    require_measured,
     require_timely,
 )
 from spiral_gripper_ros.regulators.serial_device import SerialDevice
@@ -50,6 +51,7 @@ class RegulatorNode(Node):  # type: ignore[misc]
         declared = DeclaredParameters(self, lambda names: None, RegulatorParameters)
         self.values = declared.values()
         require_timely(self.values)
+        require_measured(self.values)
         self.adapter = RegulatorAdapter(self.values, self._device())
         self._told, self._told_at = (b"", ""), 0.0
         self._measured = self.create_publisher(Float64, "measured_pressure", MEASUREMENTS)

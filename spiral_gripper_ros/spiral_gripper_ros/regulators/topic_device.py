@@ -19,8 +19,6 @@ from spiral_gripper_ros.regulators.message_field import MessageField, message_ty
 from spiral_gripper_ros.regulators.parameters import NONE, RegulatorParameters
 from spiral_gripper_ros.regulators.pressure_scale import PressureScale
 
-# What describes measurements that come by a topic.
-MEASURED = ("type", "field", "unit", "reference", "scale", "offset")
 # How long a set-point may take to be acknowledged before the topic is closed [s].
 ACKNOWLEDGE_TIMEOUT = 0.5
 
@@ -33,8 +31,7 @@ class TopicDevice:
         values: names and types of the topics, and where their numbers are.
 
     Raises:
-        InvalidInputError: a type is not installed, or has no such number; or measurements are
-            described, but their topic is not named.
+        InvalidInputError: a type is not installed, or has no such number.
     """
 
     def __init__(self, node: Node, values: RegulatorParameters) -> None:
@@ -60,11 +57,6 @@ class TopicDevice:
             node.create_subscription(
                 kind, values.measured_topic, self._on_measured, qos_profile_sensor_data
             )
-            return
-        unused = RegulatorParameters()
-        for name in (f"measured_{each}" for each in MEASURED):
-            if getattr(values, name) != getattr(unused, name):
-                raise InvalidInputError("measured_topic", NONE, f"the topic that {name} describes")
 
     def exchange(self, number: float) -> Reading:
         """Publish a set-point; return what has come since the last call.

@@ -202,10 +202,10 @@ def status(namespace: str) -> Answer:
                 raise NoAnswerError(no_node_in(namespace), DISCOVERY_TIMEOUT)
         while (planned := gripper.planned) is None and time.monotonic() < deadline:
             pass
-    told = (heard.reason, heard.reason_text), (heard.fault, heard.fault_text)
+    told = {heard.fault: heard.fault_text, heard.reason: heard.reason_text}
     troubles = [
         f"{Reason(reason).name}: {node_text(text)}"
-        for reason, text in told
+        for reason, text in told.items()
         if reason not in _NO_TROUBLE
     ]
     document = _document(heard) | {"wrap": None if planned is None else _document(planned)}

@@ -26,7 +26,7 @@ from spiral_core.grip.closing import (
 )
 from spiral_core.grip.holding import HoldingForce, Pull, holding_force
 from spiral_core.grip.setup import lay_into_coil
-from spiral_core.grip.window import GripPoint, wraps
+from spiral_core.grip.window import GripPoint
 from spiral_core.message import Message, Quantity
 from spiral_core.rod.motion.inertia import Damping
 from spiral_core.rod.motion.motion import Frame
@@ -106,10 +106,9 @@ class SolvedClose:
         return self.closing.is_orderly(self.slow)
 
     @property
-    def wraps_slowly(self) -> bool:
-        """Whether more than a tenth of the tube touches the object after closing slowly."""
-        slow = self.slow
-        return slow is not None and wraps(slow.state, slow.outer_radius)
+    def wraps_slowly(self) -> bool | None:
+        """Whether the object is wrapped after closing slowly; None if that is not known."""
+        return None if self.slow is None else self.slow.is_wrapped
 
     @property
     def complete(self) -> bool:
@@ -222,9 +221,7 @@ def _advised(solved: SolvedClose) -> Rows:
     if advice is None:
         return []
     pairs = zip(advice.rates, advice.forces, strict=True)
-    none = (
-        "none of these" if advice.rates else "no advice: closed slowly nothing is wrapped and held"
-    )
+    none = "none of these" if advice.rates else "no advice: closed slowly it is not wrapped or held"
     fastest = none if advice.fastest is None else shown(advice.fastest, "Pa/s")
     return [
         ("closed slowly it holds", _newtons(advice.slow)),
@@ -296,11 +293,11 @@ def _newtons(force: float) -> str:
 
 def _slowly(solved: SolvedClose) -> str | None:
     """Return that a slow closing wraps nothing at this pressure either; None if it does."""
-    if not solved.closing.is_complete or solved.wraps_slowly:
+    if not solved.complete or solved.wraps_slowly:
         return None
     if solved.slow is None:
-        return "it was not seen to rest at this pressure"
-    return "it does not wrap the object at this pressure: too low, or lost"
+        return "not seen to rest at this pressure"
+    return "not wrapped at this pressure: it is too low, or too high"
 
 
 def _seconds(time: float | None, within: float = 0.0, never: str = "not within this time") -> str:
