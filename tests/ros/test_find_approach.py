@@ -44,6 +44,7 @@ GOALS = """
 - {gravity: [{}]}
 - {gravity: [{x: .inf}]}
 - {payload: [0.0]}
+- {payload: [101.0]}
 - {friction_coefficient: [-0.1]}
 - {tilt_max: [3.2]}
 """
@@ -60,12 +61,15 @@ def test_a_goal_states_the_object_in_the_world_or_is_refused_as_on_record():
         for name, part in turn.items():
             setattr(request.object_pose.pose.orientation, name, part * math.sqrt(2.0))
         try:
-            question = question_from_msg(request, GRIPPER)
+            question = question_from_msg(request, GRIPPER, 1e9)
             friction = question.gripper.friction_coefficient
             found += [told(replace(question, gripper=None)), f"friction {friction}"]
         except InvalidInputError as error:
             found.append(str(error))
     agrees("approaches", "\n".join(found))
+    # No approach needs more than the node commands.
+    assert question_from_msg(goal(), GRIPPER, 6e4).gripper.pressure_max == 6e4
+    assert question_from_msg(goal(), GRIPPER, 1e9).gripper == GRIPPER
 
 
 def test_a_search_can_be_canceled_and_the_next_one_says_why_nothing_grips(namespace, client):

@@ -28,7 +28,7 @@ from spiral_gripper_ros.messages.conversions import (
     pose_of,
     vector_from_msg,
 )
-from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, gravity_problem
+from spiral_gripper_ros.parameters.spec import GRAVITY_REQUIREMENT, LARGEST_PAYLOAD, gravity_problem
 from spiral_gripper_ros.planning.approach import ApproachQuestion, FoundApproach, searched
 from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper
 from spiral_gripper_ros.planning.worker import EndedError
@@ -67,7 +67,9 @@ class ApproachServer:
             return FindApproach.Result(success=False, reason=int(reason), message=text)
 
         async def answer(loaded: LoadedGripper) -> Any:  # noqa: ANN401
-            question = question_from_msg(handle.request, loaded.gripper)
+            question = question_from_msg(
+                handle.request, loaded.gripper, self._runtime.limits.pressure_cap
+            )
             background, self._newest = self._runtime.background, handle
 
             def is_wanted(closed: int, expected: int) -> bool:
@@ -96,12 +98,13 @@ class ApproachServer:
         return result
 
 
-def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # noqa: ANN401
-    """Return what a goal asks.
+def question_from_msg(request: Any, gripper: Gripper, cap: float) -> ApproachQuestion:  # noqa: ANN401
+    """Return what a goal asks of a gripper at pressures up to a cap [Pa].
 
     Raises:
         InvalidInputError: the object's pose is none, or a value is out of its range.
     """
+    gripper = replace(gripper, pressure_max=min(gripper.pressure_max, cap))
     _, axis = line_from_msg(request.object_pose.pose)
     gravity = (0.0, 0.0, -STANDARD_GRAVITY)
     for given in request.gravity:  # of at most one, as the others
@@ -112,7 +115,9 @@ def question_from_msg(request: Any, gripper: Gripper) -> ApproachQuestion:  # no
     radius = require_positive("object_radius", request.object_radius)
     require_in_range("object_radius", radius, 0.0, gripper.tube.length, "m")
     for payload in request.payload:
-        require_positive("payload", payload)
+        require_in_range(
+            "payload", require_positive("payload", payload), 0.0, LARGEST_PAYLOAD, "kg"
+        )
     for tilt in request.tilt_max:
         require_in_range("tilt_max", require_positive("tilt_max", tilt), 0.0, math.pi, "rad")
     for friction in request.friction_coefficient:

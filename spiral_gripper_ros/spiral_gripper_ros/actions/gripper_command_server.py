@@ -87,17 +87,15 @@ class GripperCommandServer(GoalServer):
     def _reading(self) -> tuple[float, float]:
         """Return the diameter that is wrapped [m] and the force on the object [N].
 
-        The opening and 0 if none is; the force is that where the object is seen, if known.
+        The force is that where the object is seen, if known; 0 if none is held.
         """
         runtime, snapshot = self.runtime, self.runtime.control.snapshot()
         loaded, pressure, plan = runtime.loaded, snapshot.pressure, snapshot.plan
-        if loaded is None:
-            return self._opening, 0.0
-        if plan is None or not snapshot.wrapped:
-            return loaded.planner.wrapped_diameter(pressure, self._opening), 0.0
-        grip = runtime.grip(pressure)
-        force = loaded.planner.contact_force(plan, pressure) if grip is None else grip.normal_force
-        return 2.0 * plan.wrap.object_radius, force
+        force = 0.0
+        if loaded is not None and plan is not None and snapshot.wrapped:
+            grip, free = runtime.grip(pressure), loaded.planner.contact_force
+            force = free(plan, pressure) if grip is None else grip.normal_force
+        return runtime.diameter(), force
 
     @property
     def _opening(self) -> float:

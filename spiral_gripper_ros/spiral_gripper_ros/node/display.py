@@ -3,17 +3,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 from rclpy.node import Node
 
-from spiral_core.grip.curve import GripCurve, TubeShape
-from spiral_core.rod.state import RodState
 from spiral_gripper_ros.control.snapshot import Snapshot
 from spiral_gripper_ros.messages.markers import no_markers, scene_to_msg
 from spiral_gripper_ros.node.robot_state import RobotState
-from spiral_gripper_ros.planning.grip_follower import InUse
+from spiral_gripper_ros.planning.loaded_gripper import place_of, tube_at
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.repetition import LONGEST_PERIOD, Repetition
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -63,17 +58,11 @@ class Display:
         if loaded is None or not runtime.outputs.markers_are_wanted:
             return
         snapshot, seen = runtime.control.snapshot(), runtime.seen_object()
-        grip, placement = None, snapshot.placement
-        if snapshot.radius is not None:
-            found = loaded.grips.found(InUse(snapshot.radius, seen), loaded.gravity)
-            grip = found if isinstance(found, GripCurve) else None
-        at: Any = seen or (grip and grip.shapes)
-        if placement is not None and at:  # else where the wrap expects it
-            placement = replace(placement, center=at.center, axis=at.axis)
+        curve = loaded.curve(snapshot.radius, seen)
         message = scene_to_msg(
-            commanded=_on_object(grip, snapshot.pressure_command, loaded.commanded.shape),
-            measured=_on_object(grip, snapshot.measured_pressure, loaded.measured.shape),
-            placement=placement,
+            commanded=tube_at(curve, snapshot.pressure_command, loaded.commanded.shape),
+            measured=tube_at(curve, snapshot.measured_pressure, loaded.measured.shape),
+            placement=place_of(snapshot.placement, curve, seen),
             regime=loaded.shown_regime(snapshot),
             text=_text(snapshot),
             outer_radius=loaded.gripper.tube.outer_radius,
@@ -87,14 +76,6 @@ class Display:
     @property
     def _rate(self) -> float:
         return self._runtime.values.publish.marker_rate
-
-
-def _on_object(
-    grip: GripCurve | None, pressure: float | None, free: RodState | None
-) -> RodState | TubeShape | None:
-    """Return the tube at a pressure [Pa]: on the object where that is solved, else the free one."""
-    held = None if grip is None or pressure is None else grip.shape(pressure)
-    return free if held is None else held
 
 
 def _text(snapshot: Snapshot) -> str:

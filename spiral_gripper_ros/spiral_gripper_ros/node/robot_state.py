@@ -17,6 +17,7 @@ from spiral_gripper_ros.messages.conversions import (
     pose_of,
     prefix_of,
 )
+from spiral_gripper_ros.planning.loaded_gripper import place_of, tube_at
 from spiral_gripper_ros.process.guards import log_on_error
 from spiral_gripper_ros.runtime.repetition import Repetition
 from spiral_gripper_ros.runtime.runtime import Runtime
@@ -65,16 +66,18 @@ class RobotState:
         if loaded is None:
             return
         header, snapshot, poses = runtime.outputs.header(), runtime.control.snapshot(), {}
-        shape = loaded.measured.shape or loaded.commanded.shape
+        seen = runtime.seen_object()
+        curve = loaded.curve(snapshot.radius, seen)
+        free = loaded.measured.shape or loaded.commanded.shape
+        shape = tube_at(curve, snapshot.pressure, free)
         if shape is not None:
-            tip, turn = shape.tip_position, shape.orientations[-1]
+            tip, turn = shape.positions[-1], shape.orientations[-1]
             poses["tip"] = pose_of(tip.tolist(), turn.tolist())
-        placement = snapshot.placement
+        placement = place_of(snapshot.placement, curve, seen)
         if placement is not None:
             poses["object"] = pose_along(placement)
             self._publishers["object"].publish(PoseStamped(header=header, pose=poses["object"]))
-        opening = runtime.values.gripper_cmd.open_position
-        position = loaded.planner.wrapped_diameter(snapshot.pressure, opening)
+        position = runtime.diameter()
         name = opening_joint(header.frame_id)
         state = JointState(header=header, name=[name], position=[position])
         self._publishers["joint"].publish(state)

@@ -6,17 +6,20 @@ from __future__ import annotations
 import math
 from concurrent.futures import Executor, Future
 from contextlib import suppress
+from dataclasses import replace
 
 from spiral_core.errors import NotGrippableError, SpiralError
-from spiral_core.grip.curve import GripCurve
+from spiral_core.grip.curve import GripCurve, TubeShape
 from spiral_core.rod.state import RodState
 from spiral_core.rod.types import Vector
 from spiral_core.wrap.gripper import Gripper
+from spiral_core.wrap.placement import ObjectPlacement
 from spiral_core.wrap.wrap import WrapRegime
 from spiral_gripper import GripperDescription
 from spiral_gripper.files.regions import StoredRegion
 from spiral_gripper_ros.control.snapshot import Snapshot
-from spiral_gripper_ros.planning.grip_follower import GripFollower
+from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
+from spiral_gripper_ros.planning.object_pose import SeenObject
 from spiral_gripper_ros.planning.planner import (
     GripperPlanner,
     planner_for,
@@ -194,6 +197,11 @@ class LoadedGripper:
 
     # --- shapes --------------------------------------------------------------------------------
 
+    def curve(self, radius: float | None, seen: SeenObject | None) -> GripCurve | None:
+        """Return the grip on an object where that is solved; None without one, or not yet."""
+        found = None if radius is None else self.grips.found(InUse(radius, seen), self.gravity)
+        return found if isinstance(found, GripCurve) else None
+
     def update_shape(self, pressure: float, radius: float | None) -> bool:
         """Solve the commanded shape at a pressure [Pa] if it has changed; return whether it has."""
         return self.commanded.update(self.planner, pressure, radius)
@@ -214,6 +222,24 @@ class LoadedGripper:
             nearest = min(max(pressure, 0.0), self.gripper.pressure_max)
             pressure = nearest if abs(pressure - nearest) <= tolerance else pressure
         return self.measured.update(self.planner, pressure, radius)
+
+
+def tube_at(
+    curve: GripCurve | None, pressure: float | None, free: RodState | None
+) -> RodState | TubeShape | None:
+    """Return the tube at a pressure [Pa]: on the object where that is solved, else the free one."""
+    held = None if curve is None or pressure is None else curve.shape(pressure)
+    return free if held is None else held
+
+
+def place_of(
+    placement: ObjectPlacement | None, curve: GripCurve | None, seen: SeenObject | None
+) -> ObjectPlacement | None:
+    """Return where an object is: as it is seen, else where its grip has it, else as planned."""
+    at = seen or (curve and curve.shapes)
+    if placement is None or not at:
+        return placement
+    return replace(placement, center=at.center, axis=at.axis)
 
 
 def gravity_or_own(gravity: tuple[float, ...], gripper: Gripper) -> Vector:

@@ -37,7 +37,7 @@ from spiral_gripper_ros.messages.grip import grip_to_msg
 from spiral_gripper_ros.messages.qos import COMMAND, LATEST
 from spiral_gripper_ros.parameters.table import GripperParameters
 from spiral_gripper_ros.planning.grip_follower import GripFollower, InUse
-from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own
+from spiral_gripper_ros.planning.loaded_gripper import LoadedGripper, gravity_or_own, tube_at
 from spiral_gripper_ros.planning.object_pose import ObjectWatch, SeenObject
 from spiral_gripper_ros.process.guards import ErrorLog, log_on_error
 from spiral_gripper_ros.runtime.background import Background
@@ -105,6 +105,7 @@ class Runtime:
         self.is_active = self.has_commanded = False
         self.commanded_at = -math.inf
         self._wrap_told: tuple[object, ...] | None = None
+        self._curve: GripCurve | None = None  # of which backbones were published
         self.not_configured = NOT_CONFIGURED
         self.on_published: Callable[[], None] = lambda: None
         self.tell = log_on_error(self.errors, self._tell)
@@ -225,6 +226,18 @@ class Runtime:
         gravity = () if self.loaded is None else self.loaded.gravity
         return grip_to_msg(answer, self.now(), payload, gravity)
 
+    def diameter(self) -> float:
+        """Return the diameter of the object while it is held [m], as of a parallel gripper.
+
+        Else what the present pressure wraps by the tip criterion; the open position if nothing.
+        """
+        opening, snapshot = self.values.gripper_cmd.open_position, self.control.snapshot()
+        if self.loaded is None:
+            return opening
+        if snapshot.plan is not None and snapshot.wrapped:
+            return 2.0 * snapshot.plan.wrap.object_radius
+        return self.loaded.planner.wrapped_diameter(snapshot.pressure, opening)
+
     def rearm(self) -> Refusal | None:
         """Follow radii again after a release or a fault; return why not if that cannot be."""
         loaded = self.loaded
@@ -314,10 +327,13 @@ class Runtime:
             wrap = wrap_to_msg(snapshot, loaded, *known)
             wrap.grip = self.grip_message(grip)
             self.outputs.publish("wrap", wrap)
-        shapes, points = (loaded.commanded, loaded.measured), self.values.publish.backbone_points
-        for (name, has_moved), one in zip(moved.items(), shapes, strict=True):
-            if has_moved and one.shape is not None:
-                self.outputs.publish(name, backbone_to_msg(one.shape, points, header))
+        curve, points = loaded.curve(radius, seen_object), self.values.publish.backbone_points
+        is_other, self._curve = curve is not self._curve, curve
+        shapes = (seen.pressure_command, loaded.commanded), (measured, loaded.measured)
+        for (name, has_moved), (at, free) in zip(moved.items(), shapes, strict=True):
+            if free.shape is not None and (has_moved or is_other):
+                tube = tube_at(curve, at, free.shape) or free.shape
+                self.outputs.publish(name, backbone_to_msg(tube, points, header))
         self.log.tell(now, snapshot)
 
     def _made(self, description: GripperDescription) -> LoadedGripper:

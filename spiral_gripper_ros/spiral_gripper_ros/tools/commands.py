@@ -215,12 +215,18 @@ def status(namespace: str) -> Answer:
 
 
 def watch(namespace: str, duration: float) -> int:
-    """Show what the node does for a time [s], or until a KeyboardInterrupt; return 0."""
+    """Show what the node does for a time [s], or until a KeyboardInterrupt; return 0.
+
+    Raises:
+        NoAnswerError: no node was heard in that time.
+    """
     begin = time.monotonic()
     with suppress(KeyboardInterrupt), closing(Watcher(namespace)) as watcher:
         while (elapsed := time.monotonic() - begin) < duration:
             watcher.spin(min(SHOW_PERIOD, duration - elapsed))
             watcher.show(elapsed)
+        if watcher.newest("status") is None:
+            raise NoAnswerError(no_node_in(namespace), duration)
     return 0
 
 

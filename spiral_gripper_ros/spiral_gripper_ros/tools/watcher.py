@@ -63,13 +63,14 @@ class Watcher(Listener):
 
     def show(self, elapsed: float) -> None:
         """Print a line with a time [s], if more than numbers has changed or the last is old."""
-        status = self.newest("status", FRESH) or GripStatus()
+        heard = self.newest("status", FRESH)
+        status = heard or GripStatus()
         command = self.newest("pressure_command", FRESH)
         measured = self.newest("measured_pressure", FRESH)
         radius = self.newest("simulated/object_radius", FRESH)
         grip = self.newest("simulated/grip", FRESH)
         troubles = troubles_of(status)
-        shown = (status.state, status.wrapped, grip and grip.data, *troubles)
+        shown = (heard and status.state, status.wrapped, grip and grip.data, *troubles)
         if shown == self._shown and time.monotonic() < self._due:
             return
         cells = {
@@ -78,10 +79,10 @@ class Watcher(Listener):
             axis_label("believed", "m"): _number(known(status.object_radius), "m"),
             axis_label("command", "Pa"): _number(command and command.data, "Pa"),
             axis_label("measured", "Pa"): _number(measured and measured.data, "Pa"),
-            "regime": REGIME_NAMES[status.regime],
-            "wrapped": "yes" if status.wrapped else "no",
+            "regime": REGIME_NAMES[status.regime] if heard else "-",
+            "wrapped": ("yes" if status.wrapped else "no") if heard else "-",
             "really": "-" if grip is None else grip.data,
-            "state": State(status.state).name.lower().replace("_", " "),
+            "state": State(status.state).name.lower().replace("_", " ") if heard else "silent",
             "trouble": node_text("; ".join(troubles.values())),
         }
         for line in (cells.values(),) if self._shown else (cells, cells.values()):
