@@ -9,6 +9,7 @@ middle at X Y Z of MoveIt's planning frame, all in meters.
 from __future__ import annotations
 
 import sys
+from typing import Any
 
 import rclpy
 from geometry_msgs.msg import Pose, PoseStamped
@@ -16,36 +17,47 @@ from moveit_msgs.msg import AttachedCollisionObject, CollisionObject, PlanningSc
 from moveit_msgs.srv import ApplyPlanningScene
 from rclpy.action import ActionClient
 from rclpy.node import Node
+from rclpy.task import Future
 from rclpy.wait_for_message import wait_for_message
 from shape_msgs.msg import SolidPrimitive
 
 from spiral_gripper_msgs.action import FindApproach
+from spiral_gripper_msgs.msg import Approach
 from spiral_gripper_ros.client import SpiralGripper, WrapOutcome
 
 NAMESPACE = "/spiral_gripper"
 PLANNING_FRAME, OBJECT = "world", "wrapped_object"
 # Largest angle between gravity and the tube at the base that the arm can reach [rad].
 TILT_MAX = 1.0
+SEARCH_TIMEOUT = 600.0
 # They may touch the object while it is attached.
 TOUCHING = ["gripper_base", "gripper_shape"]
 
 
-def find_approaches(node: Node, radius: float, place: list[float]) -> list[PoseStamped]:
+def find_approaches(node: Node, radius: float, place: list[float]) -> list[Approach]:
     """Return goals for the link gripper_base, the best first; takes about a minute."""
     client = ActionClient(node, FindApproach, f"{NAMESPACE}/find_approach")
     goal = FindApproach.Goal(object_radius=radius, tilt_max=[TILT_MAX])
     goal.object_pose.header.frame_id = PLANNING_FRAME
     point = goal.object_pose.pose.position
     point.x, point.y, point.z = place
-    client.wait_for_server()
-    accepted = client.send_goal_async(goal)
-    rclpy.spin_until_future_complete(node, accepted)
-    answer = accepted.result().get_result_async()
-    rclpy.spin_until_future_complete(node, answer)
-    result = answer.result().result
+    if not client.wait_for_server(timeout_sec=10.0):
+        raise SystemExit(f"there is no action {NAMESPACE}/find_approach: does the node run?")
+    handle = answered(node, client.send_goal_async(goal), 10.0)
+    if not handle.accepted:
+        raise SystemExit("the node refuses to search")
+    result = answered(node, handle.get_result_async(), SEARCH_TIMEOUT).result
     if not result.success:
         raise SystemExit(result.message)
-    return [approach.base_pose for approach in result.approaches]
+    return list(result.approaches)
+
+
+def answered(node: Node, answer: Future, timeout: float) -> Any:  # noqa: ANN401
+    """Return an answer that comes within a time [s]."""
+    rclpy.spin_until_future_complete(node, answer, timeout_sec=timeout)
+    if not answer.done():
+        raise SystemExit(f"no answer within {timeout:g} s, or interrupted")
+    return answer.result()
 
 
 def scene_with_attached(pose: PoseStamped, radius: float, length: float) -> PlanningScene:
@@ -91,16 +103,19 @@ def main(radius: float, length: float, *place: float) -> None:
 
     def apply(scene: PlanningScene) -> None:
         answer = client.call_async(ApplyPlanningScene.Request(scene=scene))
-        rclpy.spin_until_future_complete(node, answer, timeout_sec=10.0)
-        if not answer.done() or not answer.result().success:
+        if not answered(node, answer, 10.0).success:
             raise SystemExit("MoveIt has not changed its planning scene")
 
     with SpiralGripper(NAMESPACE) as gripper:
         gripper.wait_until_active(timeout=60.0)
         try:
-            for goal in find_approaches(node, radius, list(place)):
-                print(goal.pose)  # here the arm moves to the first that it can reach
-            gripper.wrap(radius=radius)
+            approaches = find_approaches(node, radius, list(place))
+            for approach in approaches:
+                print(approach.base_pose.pose)  # here the arm moves to the first that it can reach
+            # The node commands the approach's pressure, as overpressure above that of its wrap.
+            (wrap,) = gripper.plan(radius).figures
+            extra = approaches[0].pressure - (wrap.pressure - wrap.overpressure)
+            gripper.wrap(radius=radius, overpressure=max(extra, 0.0))
             result = gripper.wait(timeout=30.0)
             if result.outcome is not WrapOutcome.SUCCEEDED:
                 raise SystemExit(result.message)

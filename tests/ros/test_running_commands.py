@@ -139,7 +139,9 @@ def test_what_a_watcher_shows_is_that_on_record(namespace, monkeypatch, capsys):
     agrees("watched", "\n".join(found))
 
 
-@pytest.mark.parametrize("command", ["plan --radius 20mm", "grasp", "release", "status"])
+@pytest.mark.parametrize(
+    "command", ["plan --radius 20mm", "grasp", "release", "status", "watch --duration 0.3"]
+)
 def test_no_node_is_exit_code_2_and_says_how_to_start_one(monkeypatch, capsys, command):
     monkeypatch.setattr(commands, "DISCOVERY_TIMEOUT", 0.3)
     assert run([*command.split(), "--namespace", "/nobody"]) == 2

@@ -8,6 +8,8 @@ from ros.control_bench import rows
 
 from spiral_core import InvalidInputError, SolverError, WrapCurve
 from spiral_core.rod.state import RodStatus
+from spiral_gripper import load_description
+from spiral_gripper.files.grips import read_grips
 from spiral_gripper_ros.simulation.simulated_gripper import Grip, SimulatedGripper
 
 # The pressure as a multiple of the planned one, the radius of the object, the stiffness: the grip.
@@ -32,6 +34,26 @@ def test_the_planned_pressure_wraps_as_the_material_lets_it(gripper, curve, row)
     assert curve.radius_min < simulated.middle_radius < curve.radius_max
     assert simulated.grip(pressure, radius or None) is Grip[name]
     assert (simulated.shape(pressure) is None) is (name == "OVERPRESSURE")
+
+
+def test_contact_says_how_an_object_is_held_where_its_table_applies():
+    description = load_description("prototype_p1")
+    described, table = description.gripper, read_grips(description)
+    radius = table.held[-2]
+    answer = table.grips[table.radii.index(radius)]
+    pressure = 0.5 * (answer.onset_wrap + answer.highest_good)
+    told = [
+        SimulatedGripper(gripper, factor, table).grip(pressure, radius)
+        for gripper, factor in (
+            (described, 1.0),
+            (described, 1.01),
+            (described.with_mount((0.0, 9.80665, 0.0), None), 1.0),
+        )
+    ]
+    assert told == [Grip.PERFECT_WRAP, Grip.OVERHANG, Grip.OVERHANG]
+    assert SimulatedGripper(described, table=table).middle_radius in table.held
+    # The tip criterion knows thicker ones; a planner with this table tells those that are held.
+    assert WrapCurve(described).radius_max > 1.5 * table.held[-1]
 
 
 def test_a_stiffer_material_sags_as_one_of_that_stiffness(gripper):

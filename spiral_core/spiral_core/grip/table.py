@@ -83,10 +83,14 @@ class GripTable:
         inside = below >= 0 and above < len(self.radii)
         return inside and None in self.grips[below : above + 1]
 
+    @property
+    def held(self) -> list[float]:
+        """The radii of the table that are held [m], rising."""
+        return [own for own, grip in zip(self.radii, self.grips, strict=True) if grip is not None]
+
     def nearest_held(self, radius: float) -> float | None:
         """Return the radius of the table that is held and nearest to one [m], if any is."""
-        held = [own for own, grip in zip(self.radii, self.grips, strict=True) if grip is not None]
-        return min(held, key=lambda own: abs(own - radius), default=None)
+        return min(self.held, key=lambda own: abs(own - radius), default=None)
 
     def poor(self, most: int) -> list[int]:
         """Return the pairs of radii that a radius between them improves, the worst first.

@@ -42,7 +42,7 @@ from spiral_gripper.studio.pull import FRAMES, pull_frames
 from spiral_gripper.studio.scene import COLORINGS, FAINT, OPAQUE, Scene, node_values
 from spiral_gripper.studio.session import Answer, Session
 from spiral_gripper.studio.settings import settings_of
-from spiral_gripper.studio.words import answer_text, closing_line, frame_text, plain
+from spiral_gripper.studio.words import answer_text, closing_line, frame_text, holds, plain
 
 # The approach takes this long, in so many frames a second.
 APPROACH_SECONDS = 4.0
@@ -106,7 +106,7 @@ class Page:
         """Update the time for which an answer has been computed; to be called regularly."""
         with self._lock:
             session = self._session
-            if session.waited is None or self._playing.is_set():
+            if session.waited is None or self._playing.is_set() or not self._is_possible:
                 return
             with suppress(SpiralError):  # the page says already that there is no shape
                 self._words.content = self._said(session, session.shape())
@@ -147,6 +147,7 @@ class Page:
         """Show a gripper as its file describes it."""
         with self._lock:
             self._file.show(description)
+            self._is_possible = True
             settings = settings_of(description, START_RADIUS)
             self._session = Session(description, settings, in_present_units(self._on_answer))
             gripper = self._session.gripper
@@ -160,9 +161,10 @@ class Page:
         with self._lock:
             try:
                 self._session.update(self._controls.settings())
+                self._is_possible = True
             except SpiralError as error:
+                self._is_possible = False
                 self._words.content = f"**There is no such gripper.** {plain(error)}"
-                return
             self._refresh()
 
     def _on_answer(self, answer: Answer) -> None:
@@ -172,8 +174,10 @@ class Page:
                 self._refresh()
 
     def _refresh(self) -> None:
-        """Draw the shape at the settings, and say what is known of them."""
+        """Draw the shape at the settings, and say what is known of them, where they can be."""
         with self._lock:
+            if not self._is_possible:
+                return
             session = self._session
             settings, gripper, answer = session.settings, session.gripper, session.known
             self._controls.set_pressure(settings.pressure, gripper.pressure_max)
@@ -282,14 +286,22 @@ class Page:
         if answer is None or answer.grip is None:
             return
         place, outer = answer.object_place(), session.gripper.tube.outer_radius
-        taper = session.settings.taper
-        frames = pull_frames(answer.grip, session.settings.pressure)
+        taper, pressure = session.settings.taper, session.settings.pressure
+        if not holds(answer, pressure):
+            self._words.content = f"**Nothing holds the object at {shown(pressure, 'Pa')}.**"
+            time.sleep(PULL_SECONDS / 2.0)
+            self._refresh()
+            return
+        frames = pull_frames(answer.grip, pressure)
+        nearest = answer.grip.pressures[np.argmin(np.abs(answer.grip.pressures - pressure))]
+        at = f" (solved at {shown(float(nearest), 'Pa')})"
         for frame in takewhile(self._goes_on, frames):
             with self._lock:
                 self._scene.show_gripper(frame.state.positions, outer, None)
                 self._scene.show_object(place, frame.displacement, taper=taper)
                 distance = shown(float(np.linalg.norm(frame.displacement)), "m", 3)
-                self._words.content = f"**pulled by {distance}: {shown(frame.force, 'N', 3)}**"
+                force = shown(frame.force, "N", 3)
+                self._words.content = f"**pulled by {distance}: {force}**{at}"
             time.sleep(PULL_SECONDS / FRAMES)
         time.sleep(PULL_SECONDS / 2.0)
         self._refresh()
@@ -302,6 +314,8 @@ class Page:
             client.send_file_download(f"{name}.png", png(picture), save_immediately=True)
             return
         with self._lock:
+            if not self._is_possible:  # the page says why
+                return
             try:
                 if kind == "html":
                     suffix, content = "html", self._server.scene.as_html().encode()

@@ -6,8 +6,11 @@ from __future__ import annotations
 import math
 from html import escape
 
+import numpy as np
+
 from spiral_core import Gripper, Pull, RodState
 from spiral_core.grip.closing import TimedClosing
+from spiral_core.grip.curve import regime_at
 from spiral_core.rod.motion.motion import Frame, contact_fraction
 from spiral_core.rounding import rounded_down, rounded_up
 from spiral_gripper.files.shown import scale_of, shown, shown_message
@@ -48,12 +51,15 @@ def answer_text(
 
 def regime_text(answer: Answer, settings: Settings) -> str:
     """Return how the pressure holds the object: by contact where that is solved."""
-    point = answer.contact_at(settings.pressure)
-    if point is not None:
-        return f"**{point.regime.value}** (in contact)"
-    if answer.window is not None:
-        return "**lost:** the wrapped coil has lost its stability"
-    if answer.refusal:
+    window, pressure = answer.window, settings.pressure
+    if window is not None and window.onset_wrap is not None:
+        ends = (window.onset_curling or math.inf, window.loss or math.inf)
+        if pressure >= ends[1]:
+            return "**lost:** the wrapped coil has lost its stability"
+        if pressure > window.top and window.loss is None:
+            return f"**not known:** {plain(window.end.value)}"
+        return f"**{regime_at(pressure, window.onset_wrap, *ends).value}** (in contact)"
+    if window is not None or answer.refusal:
         return "**not wrapped** (in contact)"
     regime = answer.regime(settings.pressure)
     return f"**{regime.value if regime else 'no coil'}** (by the tip criterion)"
@@ -132,8 +138,16 @@ def grip_lines(answer: Answer, settings: Settings, since: str = "") -> list[str]
     if answer.grip is None:
         return [*lines, f"holding force: computing ...{since}"]
     wanted = shown(answer.grip.recommended_pressure(), "Pa")
-    away = dict(zip(answer.grip.pressures.tolist(), answer.grip.force(Pull.AWAY), strict=True))
-    nearest = min(away, key=lambda pressure: abs(pressure - settings.pressure))
-    force = shown(away[nearest], "N", 3)
-    held = f"holds **{force}** away from the base at {shown(nearest, 'Pa')}"
-    return [*lines, f"{held}; recommended {wanted}"]
+    if holds(answer, settings.pressure):
+        away, solved_at = answer.grip.force(Pull.AWAY), answer.grip.pressures
+        force = shown(float(np.interp(settings.pressure, solved_at, away)), "N", 3)
+        lines.append(f"holds **{force}** away from the base")
+    return [*lines, f"recommended {wanted}"]
+
+
+def holds(answer: Answer, pressure: float) -> bool:
+    """Return whether the object is wrapped at a pressure [Pa], of those that were followed."""
+    window = answer.window
+    if window is None or window.onset_wrap is None:
+        return False
+    return window.onset_wrap <= pressure <= window.top

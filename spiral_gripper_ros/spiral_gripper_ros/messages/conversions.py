@@ -217,7 +217,7 @@ def wrap_to_msg(
         if expected is not None:
             offset, tilt = misplacement(seen, expected)
             message.object_offset, message.object_tilt = [offset], [tilt]
-    lowest, highest = loaded.planner.radius_range
+    lowest, highest = loaded.planner.held_range
     if math.isfinite(highest):
         message.radius_range = [lowest, highest]
     plan, target = snapshot.plan, snapshot.pressure_target
@@ -243,7 +243,7 @@ def figures_to_msg(
         pressure_cap: largest pressure that is ever commanded [Pa].
         grip: what holds it; None: it is not known.
     """
-    (lowest, highest), radius = planner.radius_range, plan.wrap.object_radius
+    (lowest, highest), radius = planner.held_range, plan.wrap.object_radius
     contact = (plan.wrap if grip is None else grip).contact_length
     return filled(
         WrapFigures(),

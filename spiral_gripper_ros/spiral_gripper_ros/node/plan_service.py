@@ -112,7 +112,7 @@ class PlanAnswers:
         overpressure, length = known(request.overpressure), known(asked.length)
         payload, planner = known(asked.payload), self._planner(asked)
         if planner.error is None:
-            answer.radius_range = planner.radius_range
+            answer.radius_range = planner.held_range
         plan = planner.plan(radius, by_tip=request.compute_grip)
         needed = plan.wrap.object_length_needed or 0.0
         if length is not None and length < needed:

@@ -58,10 +58,20 @@ class GripperPlanner:
 
     @property
     def radius_range(self) -> tuple[float, float]:
-        """Smallest and largest radius that can be gripped [m]; all, if none can be planned for."""
+        """Smallest and largest radius by the tip criterion [m]; all, if none can be planned for."""
         if self.error is not None:
             return 0.0, math.inf
         return self._curve.radius_min, self._curve.radius_max
+
+    @property
+    def held_range(self) -> tuple[float, float]:
+        """Smallest and largest radius that the table of grips holds [m]; some between it may not.
+
+        Without a table :attr:`radius_range`.
+        """
+        table = None if self.grips is None else self.grips.table(self.gravity)
+        held = [] if table is None else table.held
+        return (held[0], held[-1]) if held else self.radius_range
 
     def plan(self, radius: float, *, by_tip: bool = False) -> WrapPlan:
         """Return the perfect wrap of a radius [m]; raise the core's error if there is none.

@@ -177,7 +177,7 @@ class Runtime:
 
     def tell_range(self, loaded: LoadedGripper) -> None:
         """Log which radii the gripper grips."""
-        radii, cap = loaded.planner.radius_range, self.limits.pressure_cap
+        radii, cap = loaded.planner.held_range, self.limits.pressure_cap
         self.log.tell_range(loaded.gripper.name, radii, cap)
 
     def seen_object(self) -> SeenObject | None:
@@ -319,7 +319,7 @@ class Runtime:
         told = (
             *(self.is_active, snapshot.plan, snapshot.pressure_target, seen_object),
             *(None if grip is None else grip.computed_at, loaded.is_regime_from_contact),
-            *(loaded.planner.radius_range, self.limits.pressure_cap, self.values.grip.payload),
+            *(loaded.planner.held_range, self.limits.pressure_cap, self.values.grip.payload),
         )
         if any(moved.values()) or told != self._wrap_told:
             self._wrap_told = told

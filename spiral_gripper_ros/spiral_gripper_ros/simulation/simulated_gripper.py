@@ -9,14 +9,17 @@ bending and torsional stiffnesses, which are :math:`s` times those described, to
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 
 from spiral_core.errors import NotGrippableError, SolverError
+from spiral_core.grip.table import GripTable
 from spiral_core.rod.state import RodState
 from spiral_core.validation import require_positive
 from spiral_core.wrap.curve import WrapCurve
 from spiral_core.wrap.gripper import Gripper
 from spiral_gripper_ros.control.limits import HIGHEST_GRIP_RATIO
+from spiral_gripper_ros.planning.grip_follower import GRAVITY_TOLERANCE
 
 
 class Grip(Enum):
@@ -37,20 +40,31 @@ class SimulatedGripper:
     Args:
         described: the gripper as the node knows it.
         stiffness_factor: how stiff its material really is, as a multiple, > 0; 1: as described.
+        table: of its grips by contact, which say how an object is held if the tube is as described
+            and mounted so; else the tip criterion does.
 
     Raises:
         InvalidInputError: the factor is not positive and finite.
         SpiralError: the gripper coils nowhere, or a shape could not be certified.
     """
 
-    def __init__(self, described: Gripper, stiffness_factor: float = 1.0) -> None:
+    def __init__(
+        self, described: Gripper, stiffness_factor: float = 1.0, table: GripTable | None = None
+    ) -> None:
         self._factor = require_positive("stiffness_factor", stiffness_factor)
         x, y, z = (component / self._factor for component in described.gravity)
         self._curve = WrapCurve(described.with_mount((x, y, z), described.object_axis))
+        self._table = None
+        if table is not None and self._factor == 1.0:
+            near = math.dist(table.gravity, described.gravity) <= GRAVITY_TOLERANCE
+            self._table = table if near else None
 
     @property
     def middle_radius(self) -> float:
-        """The middle of the radii that it can grip [m]."""
+        """A radius in the middle of those that it can grip [m]."""
+        held = [] if self._table is None else self._table.held
+        if held:
+            return held[len(held) // 2]
         return 0.5 * (self._curve.radius_min + self._curve.radius_max)
 
     def shape(self, pressure: float) -> RodState | None:
@@ -77,6 +91,11 @@ class SimulatedGripper:
         if described > self._curve.gripper.pressure_max:
             return Grip.OVERPRESSURE
         try:
+            if self._table is not None:
+                tip_pressure = self._curve.pressure_from_radius(radius)
+                answer = self._table.answer(radius, tip_pressure, described)
+                if answer is not None:
+                    return Grip(answer.regime.value)
             grip = Grip(self._curve.regime(described, radius, shape).value)
             if grip is Grip.CURLING:  # the object keeps the tip from curling off for a while
                 pressed_until = HIGHEST_GRIP_RATIO * self._curve.pressure_from_radius(radius)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -24,7 +25,9 @@ from std_msgs.msg import Float64, Header, String
 from std_srvs.srv import Trigger
 
 from spiral_core.rod.state import RodState
-from spiral_gripper import load_gripper
+from spiral_gripper import load_description
+from spiral_gripper.files.grips import read_grips
+from spiral_gripper.files.storage import FileError
 from spiral_gripper_ros.messages.conversions import backbone_to_msg
 from spiral_gripper_ros.messages.diagnostics import diagnostic_message
 from spiral_gripper_ros.messages.qos import MEASUREMENTS, UNLATCHED
@@ -81,7 +84,10 @@ class Simulator(Node):  # type: ignore[misc]
         self._declared = DeclaredParameters(self, changed, SimulatedRegulatorParameters)
         values = self._values = self._declared.values()
         self.regulator = SimulatedRegulator(values)
-        self._gripper = SimulatedGripper(load_gripper(values.gripper), values.stiffness_factor)
+        description, table = load_description(values.gripper), None
+        with suppress(FileError):  # there is none
+            table = read_grips(description)
+        self._gripper = SimulatedGripper(description.gripper, values.stiffness_factor, table)
         radii = Node(RADIUS_NODE, **options)
         self._declared_radii = DeclaredParameters(radii, changed, RadiusParameters)
         radius = self._gripper.middle_radius
