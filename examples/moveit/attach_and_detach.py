@@ -113,7 +113,10 @@ def main(radius: float, length: float, *place: float) -> None:
             for approach in approaches:
                 print(approach.base_pose.pose)  # here the arm moves to the first that it can reach
             # The node commands the approach's pressure, as overpressure above that of its wrap.
-            (wrap,) = gripper.plan(radius).figures
+            planned = gripper.plan(radius)
+            if not planned.success:
+                raise SystemExit(planned.message)
+            (wrap,) = planned.figures
             extra = approaches[0].pressure - (wrap.pressure - wrap.overpressure)
             gripper.wrap(radius=radius, overpressure=max(extra, 0.0))
             result = gripper.wait(timeout=30.0)

@@ -19,7 +19,6 @@ from spiral_core.design.procedure import LOOK_AHEAD
 from spiral_core.design.requirement import Elastomer
 from spiral_core.design.rod_correction import gripper_of
 from spiral_core.design.sweep import closed_pareto_set, pareto_set, solve_points
-from spiral_core.grip.grip import recommended_grip
 from spiral_core.grip.setup import lay_into_coil
 from spiral_core.grip.window import grip_window
 
@@ -115,9 +114,9 @@ def test_a_payload_raises_a_pressure_limit_that_nobody_requires():
     own = designed(wanted).gripper.pressure_max
     carries, required = designed(wanted, payload=0.018), designed(wanted, pressure_max=150e3)
     assert own < carries.gripper.pressure_max < required.gripper.pressure_max
-    assert carries.gripper.pressure_max == pytest.approx(
-        1.2 * recommended_grip(lay_into_coil(carries.gripper, 0.022), 0.018).pressure, rel=0.2
-    )
+    mass, pressure = carried_mass(replace(wanted, payload=0.018), carries.gripper)
+    assert mass > 0.018
+    assert own < pressure < carries.gripper.pressure_max / 1.1  # a fifth above what it needs
     # Not beyond the largest strain.
     report = answered(wanted, payload=0.018, strain_max=0.18)
     assert not report.feasible

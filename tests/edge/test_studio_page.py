@@ -70,7 +70,7 @@ def downloaded(page, kind):
 
 
 def test_every_export_arrives(page):
-    appears(page, r"holds from [\d.]+ kPa")  # the robot's model is that of the grip
+    appears(page, r"recommended [\d.]+ kPa")  # the robot's model is that of the grip
     *files, html, png = (downloaded(page, kind) for kind in (*EXPORTS, "html", "png"))
     assert all(path.stat().st_size > 1000 for path in files)
     with Image.open(png) as image:

@@ -9,6 +9,7 @@ import pytest
 from ros.control_bench import snapshot
 
 from spiral_core import (
+    NotGrippableError,
     SolverError,
     SpiralError,
     WrapCurve,
@@ -17,12 +18,11 @@ from spiral_core import (
 )
 from spiral_core.rod.state import RodStatus
 from spiral_gripper import load_description
+from spiral_gripper.files.grips import read_grips
 from spiral_gripper_ros.control.states import State
 from spiral_gripper_ros.planning.grip_follower import GripFollower
 from spiral_gripper_ros.planning.loaded_gripper import MEASURED_STEP, LoadedGripper
-from spiral_gripper_ros.planning.planner import (
-    GripperPlanner,
-)
+from spiral_gripper_ros.planning.planner import GripperPlanner, planner_for
 
 SIDEWAYS, HANGING = (0.0, 0.0, -9.80665), (9.80665, 0.0, 0.0)
 
@@ -127,3 +127,19 @@ def test_the_regime_is_as_measured_and_unknown_where_the_measured_shape_is(loade
     assert loaded.shown_regime(pressed) is WrapRegime.PERFECT_WRAP
     loaded.update_measured_shape(pressure, None, 1.0e3)
     assert loaded.shown_regime(seen) is None
+
+
+def test_what_is_told_to_be_gripped_is_held_by_the_table_where_there_is_one():
+    description = load_description("prototype_p1")
+    gripper, table = description.gripper, read_grips(description)
+    told = GripFollower(gripper, gripper.gravity, table, None, None)
+    planner = planner_for(gripper, gripper.gravity, told)
+    smallest, largest = planner.held_range
+    assert smallest == planner.radius_range[0]  # its thinnest one is held
+    assert largest == table.held[-1] < 0.6 * planner.radius_range[1]
+    for radius in (1.001 * table.radii[-1], table.radii[-2]):  # not held, and beyond the table
+        with pytest.raises(NotGrippableError, match="the table of grips"):
+            planner.plan(radius)
+    with pytest.raises(NotGrippableError) as thick:
+        planner.plan(0.05)
+    assert thick.value.nearest_radius == largest

@@ -51,7 +51,12 @@ def test_contact_says_how_an_object_is_held_where_its_table_applies():
         )
     ]
     assert told == [Grip.PERFECT_WRAP, Grip.OVERHANG, Grip.OVERHANG]
-    assert SimulatedGripper(described, table=table).middle_radius in table.held
+    simulated = SimulatedGripper(described, table=table)
+    assert simulated.middle_radius in table.held
+    unheld = table.radii[table.grips.index(None)]
+    assert simulated.grip(WrapCurve(described).pressure_from_radius(unheld), unheld) is (
+        Grip.NOT_GRIPPABLE
+    )
     # The tip criterion knows thicker ones; a planner with this table tells those that are held.
     assert WrapCurve(described).radius_max > 1.5 * table.held[-1]
 

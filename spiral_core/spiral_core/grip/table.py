@@ -78,10 +78,9 @@ class GripTable:
         return None if blend is None else blend.window
 
     def is_not_held(self, radius: float) -> bool:
-        """Return whether a radius [m] is not held, or between one that is not and its neighbor."""
+        """Return whether a radius [m] is not held, or next to one of the table that is not."""
         below, above = bisect_right(self.radii, radius) - 1, bisect_left(self.radii, radius)
-        inside = below >= 0 and above < len(self.radii)
-        return inside and None in self.grips[below : above + 1]
+        return None in self.grips[max(below, 0) : above + 1]
 
     @property
     def held(self) -> list[float]:

@@ -106,7 +106,7 @@ class Page:
         """Update the time for which an answer has been computed; to be called regularly."""
         with self._lock:
             session = self._session
-            if session.waited is None or self._playing.is_set() or not self._is_possible:
+            if session.waited is None or self._playing.is_set() or self._impossible:
                 return
             with suppress(SpiralError):  # the page says already that there is no shape
                 self._words.content = self._said(session, session.shape())
@@ -147,7 +147,7 @@ class Page:
         """Show a gripper as its file describes it."""
         with self._lock:
             self._file.show(description)
-            self._is_possible = True
+            self._impossible = ""
             settings = settings_of(description, START_RADIUS)
             self._session = Session(description, settings, in_present_units(self._on_answer))
             gripper = self._session.gripper
@@ -161,10 +161,9 @@ class Page:
         with self._lock:
             try:
                 self._session.update(self._controls.settings())
-                self._is_possible = True
+                self._impossible = ""
             except SpiralError as error:
-                self._is_possible = False
-                self._words.content = f"**There is no such gripper.** {plain(error)}"
+                self._impossible = f"**There is no such gripper.** {plain(error)}"
             self._refresh()
 
     def _on_answer(self, answer: Answer) -> None:
@@ -176,7 +175,8 @@ class Page:
     def _refresh(self) -> None:
         """Draw the shape at the settings, and say what is known of them, where they can be."""
         with self._lock:
-            if not self._is_possible:
+            if self._impossible:
+                self._words.content = self._impossible
                 return
             session = self._session
             settings, gripper, answer = session.settings, session.gripper, session.known
@@ -221,13 +221,15 @@ class Page:
     def _set_wrap_pressure(self) -> None:
         """Go to the wrap, where there is one."""
         pressure = self._wrap_pressure()
-        if pressure is not None:
+        if pressure is not None and not self._impossible:
             self._set_pressure(pressure)
 
     def _play(self, show: Callable[[], None]) -> None:
         """Show something that takes its time; a second click stops it."""
         if self._playing.is_set():
             self._playing.clear()
+            return
+        if self._impossible:
             return
         self._playing.set()
         try:
@@ -308,14 +310,14 @@ class Page:
 
     def _hand_out(self, kind: str, client: viser.ClientHandle | None) -> None:
         """Send the shape, the picture or the whole scene as a file to those who look."""
+        if self._impossible:  # the page says why
+            return
         name = self._session.gripper.name
         if kind == "png" and client is not None:  # asked of the page: no lock that it may wait for
             picture = client.get_render(PNG_HEIGHT, PNG_WIDTH, transport_format="png")
             client.send_file_download(f"{name}.png", png(picture), save_immediately=True)
             return
         with self._lock:
-            if not self._is_possible:  # the page says why
-                return
             try:
                 if kind == "html":
                     suffix, content = "html", self._server.scene.as_html().encode()

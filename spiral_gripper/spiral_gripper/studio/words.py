@@ -58,6 +58,9 @@ def regime_text(answer: Answer, settings: Settings) -> str:
             return "**lost:** the wrapped coil has lost its stability"
         if pressure > window.top and window.loss is None:
             return f"**not known:** {plain(window.end.value)}"
+        point = answer.contact_at(pressure)
+        if window.lift_off is not None and pressure >= window.lift_off and point is not None:
+            return f"**{point.regime.value}** (in contact)"  # the tip may touch again
         return f"**{regime_at(pressure, window.onset_wrap, *ends).value}** (in contact)"
     if window is not None or answer.refusal:
         return "**not wrapped** (in contact)"
@@ -149,5 +152,9 @@ def holds(answer: Answer, pressure: float) -> bool:
     """Return whether the object is wrapped at a pressure [Pa], of those that were followed."""
     window = answer.window
     if window is None or window.onset_wrap is None:
+        return False
+    point = answer.contact_at(pressure)
+    lifted = window.lift_off is not None and pressure >= window.lift_off
+    if lifted and point is not None and not point.is_wrapped:
         return False
     return window.onset_wrap <= pressure <= window.top

@@ -61,7 +61,7 @@ class Display:
         curve = loaded.curve(snapshot.radius, seen)
         message = scene_to_msg(
             commanded=tube_at(curve, snapshot.pressure_command, loaded.commanded.shape),
-            measured=tube_at(curve, snapshot.measured_pressure, loaded.measured.shape),
+            measured=tube_at(curve, loaded.measured.pressure, loaded.measured.shape),
             placement=place_of(snapshot.placement, curve, seen),
             regime=loaded.shown_regime(snapshot),
             text=_text(snapshot),

@@ -68,8 +68,8 @@ class RobotState:
         header, snapshot, poses = runtime.outputs.header(), runtime.control.snapshot(), {}
         seen = runtime.seen_object()
         curve = loaded.curve(snapshot.radius, seen)
-        free = loaded.measured.shape or loaded.commanded.shape
-        shape = tube_at(curve, snapshot.pressure, free)
+        present = loaded.commanded if loaded.measured.shape is None else loaded.measured
+        shape = tube_at(curve, present.pressure, present.shape)
         if shape is not None:
             tip, turn = shape.positions[-1], shape.orientations[-1]
             poses["tip"] = pose_of(tip.tolist(), turn.tolist())

@@ -65,13 +65,20 @@ class GripperPlanner:
 
     @property
     def held_range(self) -> tuple[float, float]:
-        """Smallest and largest radius that the table of grips holds [m]; some between it may not.
+        """Smallest and largest radius that the table of grips holds [m]; some between may not be.
 
         Without a table :attr:`radius_range`.
         """
         table = None if self.grips is None else self.grips.table(self.gravity)
-        held = [] if table is None else table.held
-        return (held[0], held[-1]) if held else self.radius_range
+        smallest, largest = self.radius_range
+        if table is None or not table.held:
+            return smallest, largest
+        thin, thick = table.held[0], table.held[-1]
+        # What lies beyond an end that is held has room there.
+        return (
+            smallest if thin == table.radii[0] else thin,
+            largest if thick == table.radii[-1] else thick,
+        )
 
     def plan(self, radius: float, *, by_tip: bool = False) -> WrapPlan:
         """Return the perfect wrap of a radius [m]; raise the core's error if there is none.
@@ -84,7 +91,14 @@ class GripperPlanner:
             NotGrippableError: the tip criterion has no pressure, or contact is known to find none.
         """
         start = time.perf_counter()
-        wrap = laid = self.curve.wrap_for_radius(radius)
+        try:
+            wrap = laid = self.curve.wrap_for_radius(radius)
+        except NotGrippableError as error:
+            if error.nearest_radius is None:
+                raise
+            low, high = self.held_range
+            held = min(max(error.nearest_radius, low), high)
+            raise NotGrippableError(radius, error.constraint, error.margin, held) from None
         if self._fitted is not self._curve:
             laid = self._fitted.wrap_for_radius(radius)
         window: tuple[float, ...] | None = None

@@ -329,7 +329,10 @@ class Runtime:
             self.outputs.publish("wrap", wrap)
         curve, points = loaded.curve(radius, seen_object), self.values.publish.backbone_points
         is_other, self._curve = curve is not self._curve, curve
-        shapes = (seen.pressure_command, loaded.commanded), (measured, loaded.measured)
+        shapes = (
+            (seen.pressure_command, loaded.commanded),
+            (loaded.measured.pressure, loaded.measured),
+        )
         for (name, has_moved), (at, free) in zip(moved.items(), shapes, strict=True):
             if free.shape is not None and (has_moved or is_other):
                 tube = tube_at(curve, at, free.shape) or free.shape

@@ -92,6 +92,8 @@ class SimulatedGripper:
             return Grip.OVERPRESSURE
         try:
             if self._table is not None:
+                if self._table.is_not_held(radius):
+                    return Grip.NOT_GRIPPABLE
                 tip_pressure = self._curve.pressure_from_radius(radius)
                 answer = self._table.answer(radius, tip_pressure, described)
                 if answer is not None:

@@ -18,7 +18,7 @@ from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.tools.node_text import node_text
 
 # What is older than this [s] is no longer shown.
-FRESH = 1.0
+FRESH = 2.5
 # Time between two lines while only numbers change [s].
 LINE_PERIOD = 1.0
 # Widths of the columns in characters.
@@ -51,6 +51,12 @@ class Watcher(Listener):
         return None if message is None else float(message.data)
 
     @property
+    def is_there(self) -> bool:
+        """Whether there is a node, active or not."""
+        topic = self.node.resolve_topic_name("status")
+        return bool(self.node.count_publishers(topic)) or self.newest("status") is not None
+
+    @property
     def ready(self) -> bool:
         """Whether the node is active and the simulator runs."""
         status = self.newest("status", FRESH)
@@ -64,6 +70,8 @@ class Watcher(Listener):
     def show(self, elapsed: float) -> None:
         """Print a line with a time [s], if more than numbers has changed or the last is old."""
         heard = self.newest("status", FRESH)
+        if heard is None and self.node.count_publishers(self.node.resolve_topic_name("status")):
+            heard = GripStatus()  # inactive
         status = heard or GripStatus()
         command = self.newest("pressure_command", FRESH)
         measured = self.newest("measured_pressure", FRESH)
