@@ -22,10 +22,9 @@ from std_msgs.msg import Float64
 from spiral_gripper_msgs.action import Grasp, Release
 from spiral_gripper_ros.actions import grasp
 from spiral_gripper_ros.control.states import Reason, State
-from spiral_gripper_ros.node import display
+from spiral_gripper_ros.node import display, robot_state
 from spiral_gripper_ros.node.gripper_node import GripperNode
 from spiral_gripper_ros.planning import loaded_gripper
-from spiral_gripper_ros.planning.planner import GripperPlanner
 from spiral_gripper_ros.process.guards import GuardedLoop
 from spiral_gripper_ros.runtime.runtime import Outputs
 
@@ -132,7 +131,7 @@ BREAKS = "outputs.publish outputs.publish_diagnostics loaded.update_shape object
 def test_an_exception_while_telling_is_logged_now_and_then_and_the_grip_is_kept(
     node, part, monkeypatch, capfd
 ):
-    others = {"scene": (display, "scene_to_msg"), "drawn": (GripperPlanner, "wrapped_diameter")}
+    others = {"scene": (display, "scene_to_msg"), "drawn": (robot_state, "place_of")}
     owner, _, name = part.rpartition(".")
     change(node, publish__robot_state_rate=10.0)
     place = others.get(part) or (getattr(node.runtime, owner), name)

@@ -8,7 +8,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import IO
 
 from spiral_gripper_ros.process.stop_signals import STARTED_BY
@@ -29,6 +29,7 @@ class NodeProcess(subprocess.Popen[bytes]):
         environment: variables to add to this process's.
         output: where its log goes; None: to the terminal.
         module: what is started: ``NODE`` or ``SIMULATOR``.
+        arguments: more ROS arguments.
     """
 
     def __init__(
@@ -38,9 +39,10 @@ class NodeProcess(subprocess.Popen[bytes]):
         environment: Mapping[str, str] | None = None,
         output: IO[str] | None = None,
         module: str = NODE,
+        arguments: Sequence[str] = (),
     ) -> None:
         # With this interpreter, however it was installed.
-        given = [sys.executable, "-m", module, "--ros-args", "-r", f"__ns:={namespace}"]
+        given = [sys.executable, "-m", module, "--ros-args", "-r", f"__ns:={namespace}", *arguments]
         for name, value in (parameters or {}).items():
             # Texts of any letters; YAML knows no escape for those beyond 16 bits.
             text = json.dumps(value, ensure_ascii=False) if isinstance(value, str) else value
