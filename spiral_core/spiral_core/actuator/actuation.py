@@ -19,6 +19,7 @@ from spiral_core.actuator.section import ShapePath, section_path, sideways_motio
 from spiral_core.actuator.section_law import mean_energy_slope, useful_branch
 from spiral_core.brief import brief_repr
 from spiral_core.errors import ActuationLimit, ActuationLimitError, InvalidInputError
+from spiral_core.message import Message, Quantity
 from spiral_core.numerics.panels import rising_root
 from spiral_core.numerics.roots import first_sign_change
 from spiral_core.validation import (
@@ -263,11 +264,16 @@ class MeasuredActuation:
         require_positive("backbone_length", self.backbone_length)
         if not (self.pressures[0] == 0.0 and all(a < b for a, b in pairwise(self.pressures))):
             raise InvalidInputError("pressures", self.pressures, "rising, and the first 0")
-        falling = any(a > b for a, b in pairwise(self.curvatures))
-        if falling or not self.curvatures[0] >= 0.0:
-            raise InvalidInputError(
-                "curvatures", self.curvatures, "non-negative and never falling with the pressure"
-            )
+        require_non_negative("curvatures", self.curvatures[0])
+        points = pairwise(zip(self.pressures, self.curvatures, strict=True))
+        for (below, curvature), (above, higher) in points:
+            if higher < curvature:
+                requirement = Message(
+                    "never falling: at {} no smaller than at {}",
+                    Quantity(above, "Pa"),
+                    Quantity(below, "Pa"),
+                )
+                raise InvalidInputError("curvatures", higher, requirement, "rad/m")
         values = np.column_stack((self.curvatures, self.torsions))
         interpolant = PchipInterpolator(self.pressures, values, extrapolate=False)
         object.__setattr__(self, "_interpolant", interpolant)

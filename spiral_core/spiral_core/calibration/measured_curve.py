@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -13,7 +12,6 @@ from spiral_core.actuator.actuation import MeasuredActuation
 from spiral_core.actuator.fibers import FiberAngles
 from spiral_core.calibration.readings import BendReading, Reading, TwistReading
 from spiral_core.errors import InvalidInputError
-from spiral_core.message import Message, Quantity
 from spiral_core.validation import require_positive
 
 # Angles that are opposite to this [rad] do not twist; files state them with many more digits.
@@ -69,15 +67,9 @@ def measured_actuation_from_readings(
             "readings", lonely, "twists at the pressures of the bend angles, and only there [Pa]"
         )
     rising = sorted(pressure for pressure in curvatures if pressure > 0.0)
-    means = [float(np.mean(curvatures[p])) for p in rising]
-    for k, (curvature, higher) in enumerate(pairwise(means)):
-        if higher < curvature:
-            below, above = (Quantity(pressure, "Pa") for pressure in rising[k : k + 2])
-            requirement = Message("no smaller at {} than at {}", above, below)
-            raise InvalidInputError("curvature", higher, requirement, "rad/m")
     return MeasuredActuation(
         pressures=(0.0, *rising),
-        curvatures=(0.0, *means),
+        curvatures=(0.0, *(float(np.mean(curvatures[p])) for p in rising)),
         torsions=(0.0, *(float(np.mean(torsions[p])) if torsions else 0.0 for p in rising)),
         backbone_length=tube_length,
     )

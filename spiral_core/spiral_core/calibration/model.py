@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import lru_cache
-from itertools import combinations
+from itertools import product
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -509,7 +509,7 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
             rising = sorted(zip(read, error, places, strict=True))
             pairs += [
                 ((high[0] - low[0]) / math.hypot(low[1], high[1]), low, high)
-                for low, high in combinations(rising, 2)
+                for low, high in product(_outermost(rising), _outermost(rising[::-1]))
             ]
         apart, low, high = max(pairs)
         if apart > FAR_APART:
@@ -519,6 +519,15 @@ def _far_apart(trial: Trial, readings: Sequence[Reading]) -> list[Contradiction]
             )
             quantity, both = readings[low[2]].quantity, (low[0], high[0])
             found.append(Contradiction((low[2], high[2]), quantity, both, reason))
+    return found
+
+
+def _outermost(ordered: Sequence[tuple[float, float, int]]) -> list[tuple[float, float, int]]:
+    """Return of values, errors and places those more exact than all that lie farther out."""
+    found: list[tuple[float, float, int]] = []
+    for one in ordered:
+        if not found or one[1] < found[-1][1]:
+            found.append(one)
     return found
 
 
