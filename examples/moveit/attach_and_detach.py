@@ -109,15 +109,14 @@ def main(radius: float, length: float, *place: float) -> None:
     with SpiralGripper(NAMESPACE) as gripper:
         gripper.wait_until_active(timeout=60.0)
         try:
-            approaches = find_approaches(node, radius, list(place))
-            for approach in approaches:
-                print(approach.base_pose.pose)  # here the arm moves to the first that it can reach
+            approach, *_ = find_approaches(node, radius, list(place))  # the first it can reach
+            print(approach.base_pose.pose)  # here the arm moves there
             # The node commands the approach's pressure, as overpressure above that of its wrap.
             planned = gripper.plan(radius)
             if not planned.success:
                 raise SystemExit(planned.message)
             (wrap,) = planned.figures
-            extra = approaches[0].pressure - (wrap.pressure - wrap.overpressure)
+            extra = approach.pressure - (wrap.pressure - wrap.overpressure)
             gripper.wrap(radius=radius, overpressure=max(extra, 0.0))
             result = gripper.wait(timeout=30.0)
             if result.outcome is not WrapOutcome.SUCCEEDED:

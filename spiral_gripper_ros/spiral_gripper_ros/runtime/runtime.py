@@ -334,8 +334,8 @@ class Runtime:
             (loaded.measured.pressure, loaded.measured),
         )
         for (name, has_moved), (at, free) in zip(moved.items(), shapes, strict=True):
-            if free.shape is not None and (has_moved or is_other):
-                tube = tube_at(curve, at, free.shape) or free.shape
+            tube = tube_at(curve, at, free.shape)
+            if tube is not None and (has_moved or is_other):
                 self.outputs.publish(name, backbone_to_msg(tube, points, header))
         self.log.tell(now, snapshot)
 

@@ -225,7 +225,7 @@ def watch(namespace: str, duration: float) -> int:
         while (elapsed := time.monotonic() - begin) < duration:
             watcher.spin(min(SHOW_PERIOD, duration - elapsed))
             watcher.show(elapsed)
-        if not watcher.is_there:
+        if watcher.newest("status") is None and not watcher.is_there:
             raise NoAnswerError(no_node_in(namespace), duration)
     return 0
 

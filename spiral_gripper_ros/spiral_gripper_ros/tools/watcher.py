@@ -52,9 +52,8 @@ class Watcher(Listener):
 
     @property
     def is_there(self) -> bool:
-        """Whether there is a node, active or not."""
-        topic = self.node.resolve_topic_name("status")
-        return bool(self.node.count_publishers(topic)) or self.newest("status") is not None
+        """Whether there is a configured node now, active or not."""
+        return bool(self.node.count_publishers(self.node.resolve_topic_name("status")))
 
     @property
     def ready(self) -> bool:
@@ -70,7 +69,7 @@ class Watcher(Listener):
     def show(self, elapsed: float) -> None:
         """Print a line with a time [s], if more than numbers has changed or the last is old."""
         heard = self.newest("status", FRESH)
-        if heard is None and self.node.count_publishers(self.node.resolve_topic_name("status")):
+        if heard is None and self.is_there:
             heard = GripStatus()  # inactive
         status = heard or GripStatus()
         command = self.newest("pressure_command", FRESH)
