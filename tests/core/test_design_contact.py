@@ -78,6 +78,15 @@ def test_closing_is_grips_own():
     assert (closed.shift, closed.reason) == (0.0, "")
 
 
+def test_an_upright_tube_is_told_to_fall_to_any_side():
+    wanted = replace(WANTED, radius_min=0.025, fiber_angles_beta=angles(50.0))
+    remarks = [
+        design_gripper(replace(wanted, gravity=(9.80665 * x, 9.80665 * y, 0.0))).steps[-1].remark
+        for x, y in ((-1.0, 0.0), (1.0, 0.0))
+    ]
+    assert ["upright" in remark for remark in remarks] == [True, False]
+
+
 def test_the_pareto_set_leaves_out_what_contact_does_not_wrap(monkeypatch):
     points = solve_points(WANTED, WANTED.candidates())
     first = pareto_set(points)[0]

@@ -2,6 +2,7 @@
 """From files to a calibration: what is fitted, refused, doubted, reported, drawn and written."""
 
 import json
+import shlex
 import shutil
 from dataclasses import astuple, replace
 from pathlib import Path
@@ -131,3 +132,6 @@ def test_the_command_writes_a_measured_curve(said):
     ):
         CSV.write_text(doubtful)
         assert reason in said(COMMAND, "--measured-curve", errors, code=2)
+    CSV.write_text("pressure [kPa],x [mm],y [mm],z [mm],arc_length [mm]\n40,9,1,-3,362\n")
+    far = said(COMMAND, shlex.quote("--error=position=1 mm"), code=2)
+    assert 'bench.csv:2: "arc_length": must be at most the tube\'s length, 361 mm' in far

@@ -3,6 +3,7 @@
 
 import itertools
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +25,7 @@ from spiral_core.grip.grip import GripCase, GripOutcome
 from spiral_core.wrap.placement import ObjectPlacement
 from spiral_gripper import load_description, plot
 from spiral_gripper.bench.residual_plot import pressure_figure
+from spiral_gripper.files.shown import shown_message
 from spiral_gripper.reports.grip.plots import MOST_PANELS, window_figure
 from spiral_gripper.reports.plots import section_figure
 from spiral_gripper.reports.shaded import (
@@ -33,6 +35,7 @@ from spiral_gripper.reports.shaded import (
     turned_surface,
 )
 from spiral_gripper.reports.shape_plots import shape_figure
+from spiral_gripper.reports.tables import winding_rows
 from spiral_gripper.reports.winding_sheet import winding_figures
 
 DESCRIPTION = load_description("paper_design_70")
@@ -105,6 +108,18 @@ def test_a_sheet_that_cannot_be_is_refused_and_a_long_tube_takes_two():
     with pytest.raises(InvalidInputError, match=r"outer diameter \[mm\] must be at most 59"):
         winding_figures(thick, "thick", 0.02)
     assert len(winding_figures(long, "long", 0.02)) == 2
+    steep = replace(ACTUATOR, fibers=replace(ACTUATOR.fibers, alpha=math.radians(89.9)))
+    with pytest.raises(InvalidInputError) as refusal:
+        winding_figures(steep, "steep", 0.02)
+    # The steepest one that it states is drawn.
+    steepest = math.radians(float(re.search(r"at most (\S+) deg", shown_message(refusal.value))[1]))
+    drawn = replace(ACTUATOR, fibers=replace(ACTUATOR.fibers, alpha=steepest))
+    assert winding_figures(drawn, "steep", 0.02)
+    for actuator, told in ((steep, "rings"), (drawn, "right-handed, pitch 0.1")):
+        (row,) = [
+            text for name, text in winding_rows(actuator, 0.02) if name.startswith("winding at 89")
+        ]
+        assert row.startswith(told)
 
 
 def test_the_band_is_the_interval_of_the_calibration():

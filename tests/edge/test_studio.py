@@ -15,10 +15,14 @@ import trimesh
 
 from spiral_core import (
     InvalidInputError,
+    Pull,
     SpiralError,
     WrapRegime,
+    lay_into_coil,
+    solve_grip,
     solve_rod,
 )
+from spiral_core.grip.window import WindowEnd
 from spiral_gripper import load_description, plot
 from spiral_gripper.files.description import parse_description
 from spiral_gripper.reports.meshes import SIDES, tube_mesh
@@ -147,6 +151,35 @@ def test_words_say_what_is_known(answer):
     unheld = told(replace(answer, refusal="it slips"))
     assert unheld.startswith("**not wrapped** (in contact)")
     assert "**not held:** it slips" in unheld
+
+
+def test_the_verdict_on_a_pressure_is_that_of_the_window(answer):
+    grip = solve_grip(lay_into_coil(GRIPPER, 0.02), pressures=(56e3, 60e3))
+    known = replace(answer, window=grip.window, grip=grip)
+    window = grip.window
+    onset, lifts_off = 0.5 * window.onset_wrap, 0.6 * window.onset_wrap
+    lifted = replace(known, window=replace(window, onset_wrap=onset, lift_off=lifts_off))
+    ended = replace(known, window=replace(window, loss=None, end=WindowEnd.SELF_CONTACT))
+    before, wrapped, beyond = (
+        window.onset_wrap - 100.0,
+        window.onset_wrap + 100.0,
+        window.loss + 1.0,
+    )
+    for each, pressure, verdict, holding in (
+        (known, before, "overhang", False),
+        (known, wrapped, "perfect wrap", True),
+        (known, window.onset_curling - 100.0, "perfect wrap", True),
+        (known, window.onset_curling + 100.0, "curling", True),
+        (known, 0.5 * (window.top + window.loss), "curling", False),
+        (known, beyond, "lost:", False),
+        (ended, beyond, "not known:** turns of the tube", False),
+        (lifted, window.pressures[window.pressures < before][-1], "overhang", False),
+    ):
+        text = told(each, pressure)
+        assert text.startswith(f"**{verdict}")
+        assert ("away from the base" in text) is holding
+    away = grip.force(Pull.AWAY)
+    assert f"holds **{np.mean(away):.3g} N**" in told(known, 58e3)
 
 
 def test_a_tapered_object_is_a_cone_with_the_radius_in_the_middle():
