@@ -24,6 +24,7 @@ from spiral_core import (
     Supply,
     close_on,
     enclosed_volume,
+    growing_advice,
     holding_force,
     lay_into_coil,
 )
@@ -111,6 +112,9 @@ def test_a_fast_closing_holds_less_than_a_slow_one():
     assert not fast.is_orderly(slow)
     with pytest.raises(InvalidInputError, match="pressures"):
         close_on(setup, PressureCourse.ramp(1e4, 2.0 * setup.gripper.pressure_max, 1.0))
+    for impossible in (-1.0, math.nan, 2.0 * setup.gripper.pressure_max):
+        with pytest.raises(InvalidInputError, match="pressure"):
+            next(growing_advice(setup, impossible, (1e4,)))
 
 
 def test_an_object_where_only_the_straight_tube_would_run_is_closed_on():

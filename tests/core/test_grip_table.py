@@ -119,5 +119,6 @@ def test_next_to_radii_that_are_not_held_none_is_and_the_nearest_held_is_named()
     table = table_of([0.01, 0.02, 0.03, 0.04, 0.05], [grip, None, None, grip, grip])
     wrong = [each for each in range(9, 52) if table.is_not_held(1e-3 * each)]
     empty = table_of([0.01, 0.02], [None, None]).nearest_held(0.01)
+    assert table_of([0.01, 0.02], [None, grip]).is_not_held(0.0099)
     nearest = [table.nearest_held(radius) for radius in (0.024, 0.026)]
     assert (wrong, nearest, empty) == ([*range(11, 40)], [0.01, 0.04], None)

@@ -191,6 +191,7 @@ def test_a_field_is_what_the_page_allows(name):
     field = FIELDS[name]
     unit = field.dimension.si_unit if field.dimension else ""
     choices = (codes(field.allowed), ("other",))
+    assert field.allowed in ALLOWED or choices[0]
     accepted, not_accepted = ALLOWED.get(field.allowed, choices)
     for value in accepted:
         read(with_field(name, value.format(unit)))

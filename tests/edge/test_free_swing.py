@@ -32,6 +32,10 @@ def test_the_example_tells_the_damping_it_was_made_with(answer, said):
     told = said(asked(still), "--error", shlex.quote("displacement=2 %"), code=2)
     assert '"displacement_error": must be a quantity' in told
     assert told.endswith("got 2 %")
+    upright = DATA.joinpath("my_gripper.yaml").read_text("utf-8").replace("[1, 0, 0]", "[-1, 0, 0]")
+    Path("upright.yaml").write_text(upright)
+    told = said(asked().replace(f"{DATA}/my_gripper.yaml", "upright.yaml"), code=2)
+    assert "gravity must be one that holds the tube on one side" in told
     wide = re.sub(r"(?<=,)-?\d+\.\d+(?=,0)", lambda cell: str(2.0 * float(cell[0])), SWING)
     assert "the swing is large" in said(asked(wide))
 

@@ -63,6 +63,15 @@ def test_the_box_holds_every_shape_on_the_way(model):
             assert np.all(state.positions >= model.swept_low + 0.5 * model.tube_radius)
             assert np.all(state.positions <= model.swept_high - 0.5 * model.tube_radius)
     assert_allclose(model.tip, model.spheres[-1, :3], 1e-6)
+    # A thick object is in the way: the tube goes where it does not go without.
+    thick = gripped(0.037)
+    box, way = (
+        model_of(thick, 0.037),
+        np.concatenate(
+            [each.state.positions for each in thick.window.points if each.pressure < 3.7e4]
+        ),
+    )
+    assert np.all((way >= box.swept_low) & (way <= box.swept_high))
 
 
 def test_the_shipped_model_is_that_of_its_gripper(model):

@@ -107,6 +107,8 @@ def test_an_answer_is_that_of_the_core_or_its_reason(answer):
     thick = answered(object_radius=0.07)
     assert thick.regime(5e4) is None
     assert "too thick" in thick.refusal
+    with pytest.raises(SpiralError, match="too thick"):
+        EXPORTS["urdf"][1](SimpleNamespace(known=thick))
     assert answered(length=0.05).curve is None
     gapped = answered(length=0.3, tilt=0.5 * math.pi)
     ((low, high),) = gapped.curve.gaps

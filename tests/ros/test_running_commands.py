@@ -14,6 +14,7 @@ import yaml
 from rclpy.action import ActionServer
 from rclpy.task import Future
 from ros.control_bench import rows
+from ros.harness import wait_until
 from ros.programs import PROGRAM, rest_of, start
 from ros.records import agrees
 from std_msgs.msg import Float64, String
@@ -23,6 +24,7 @@ from spiral_gripper_msgs.action import Release
 from spiral_gripper_msgs.msg import GripStatus
 from spiral_gripper_ros.client.answers import NoAnswerError
 from spiral_gripper_ros.control.states import State
+from spiral_gripper_ros.messages.qos import LATEST
 from spiral_gripper_ros.tools import commands
 from spiral_gripper_ros.tools.watcher import Watcher
 
@@ -136,6 +138,11 @@ def test_what_a_watcher_shows_is_that_on_record(namespace, monkeypatch, capsys):
             heard |= {name: KINDS.get(name, Float64)(**of) for name, of in messages.items()}
             watcher.show(number)
             found.append(f"{capsys.readouterr().out}{watcher.ready}")
+        del heard["status"]
+        watcher.node.create_publisher(GripStatus, "status", LATEST)
+        wait_until(lambda: watcher.is_there)
+        watcher.show(9.0)  # a node that is not active says nothing
+        found.append(capsys.readouterr().out)
     agrees("watched", "\n".join(found))
 
 
