@@ -64,8 +64,12 @@ def test_an_adapter_ends_vented_with_the_launch_that_started_it(client, namespac
 
 def test_a_node_ends_if_what_launched_it_has_ended_before_it_could_look(namespace, monkeypatch):
     launch = subprocess.Popen([*PYTHON, ""])
-    launch.wait()
     environment = {STARTED_BY: str(launch.pid)}
+    monkeypatch.setenv(STARTED_BY, str(launch.pid))
+    os.waitid(os.P_PID, launch.pid, os.WEXITED | os.WNOWAIT)
+    assert Parent().has_gone  # ended, but still there for whoever waits for it
+    launch.wait()
+    assert Parent().has_gone
     with RunningNode(namespace, {"exit_with_parent": True}, environment=environment) as node:
         assert node.wait(START_DEADLINE) == 0
         assert "the process that started this one has gone" in node.log()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 from types import FrameType
 
 # Ctrl-C, a manager's stop, a terminal or ssh session that is closed, Ctrl-\\.
@@ -28,8 +29,11 @@ class Parent:
     def __init__(self) -> None:
         self._id = os.getppid()
         self._came_too_late = False
-        try:  # /proc may hide the processes of other users
-            os.kill(int(os.environ.get(STARTED_BY, "")), 0)
+        try:
+            stated = int(os.environ.get(STARTED_BY, ""))
+            # What has ended and is not yet waited for still has its id.
+            self._came_too_late = _is_zombie(stated)
+            os.kill(stated, 0)
         except ProcessLookupError:
             self._came_too_late = True
         except (ValueError, OverflowError, PermissionError):
@@ -39,6 +43,15 @@ class Parent:
     def has_gone(self) -> bool:
         """Whether it has ended, and left this process to another."""
         return self._came_too_late or os.getppid() != self._id
+
+
+def _is_zombie(process: int) -> bool:
+    """Return whether a process has ended and nobody has waited for it."""
+    try:
+        status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:  # there is none, or /proc hides it as another user's
+        return False
+    return status.rpartition(")")[2].split()[0] == "Z"
 
 
 class StopSignals:
